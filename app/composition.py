@@ -256,7 +256,9 @@ class Service:
             lags_s={name: world.lag_s for name, world in self._worlds.items()},
             board=self.board,
         )
-        self.reports = MissionReports(core, waiting=self._waiting_goals, plausibility=plausibility)
+        self.reports = MissionReports(
+            core, waiting=self._waiting_goals, plausibility=plausibility, changes=self.world_changes
+        )
         repertoires = {
             name: {robot.name: robot.repertoire for robot in file.robots}
             for name, file in self._files.items()

@@ -166,7 +166,8 @@ class Rock:
 class WorldSnapshot(State):
     """A world at a tick of its clock. `told`: the start poses the robots were told; `robots`: their memories.
 
-    `digest` is of the world's file; `document` the changed world of a later `edition` as JSON, empty for edition 0.
+    `digest` is of the world's file; `document` the changed world of a later `edition` as JSON, empty for edition 0;
+    `delivered`: the deliveries that were made.
     """
 
     format: Literal[1] = FORMAT
@@ -174,6 +175,7 @@ class WorldSnapshot(State):
     digest: str
     edition: int = 0
     document: str = ""
+    delivered: frozenset[str] = frozenset()
     seed: int
     ticks: int
     rovers: dict[str, Pose]

@@ -24,6 +24,7 @@ from robots.wire import (
     Message,
     PacketReport,
     PacketState,
+    SampleReport,
     ScriptReport,
     ScriptState,
     StatusReport,
@@ -77,6 +78,13 @@ class Plausibility:
         if isinstance(report, PacketReport):  # its percepts are not used, because its script goes on
             return ""
         return self._doubt_of_percepts(message.sender, report.perceived, report.at_s, world=world)
+
+    def doubt_of_sample(self, robot: str, report: SampleReport, world: str) -> str:
+        """Why a report of an unknown sample is implausible; empty if it is plausible."""
+        lag_s = self._lags_s[world]()
+        early = doubt_of_time(report.at_s, now_s=self._clocks[world].now_s(), lag_s=lag_s)
+        seen = SymbolicFact(predicate="in", args=(report.sample, report.place))
+        return early or self._doubt_of_percepts(robot, [seen], report.at_s, world=world)
 
     def _doubt_of_finish(
         self,

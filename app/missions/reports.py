@@ -48,6 +48,7 @@ from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import action_has_ended, packets_of, renew_clearances
 from app.missions.plausibility import Plausibility
 from app.missions.results import keep_results
+from app.missions.world_changes import WorldChanges
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MessageRow, MissionRow, ScriptRow
 from app.store.durations import learn
@@ -59,6 +60,7 @@ from robots.wire import (
     PacketReport,
     PacketState,
     Refusal,
+    SampleReport,
     ScriptReport,
     ScriptState,
     StatusReport,
@@ -94,7 +96,9 @@ class MissionReports:
     An implausible report is not recorded: the mission becomes `unknown`, and the robot is asked for its status.
     """
 
-    def __init__(self, core: Core, *, waiting: WaitingGoals, plausibility: Plausibility) -> None:
+    def __init__(
+        self, core: Core, *, waiting: WaitingGoals, plausibility: Plausibility, changes: WorldChanges
+    ) -> None:
         self._database = core.database
         self._workflows = core.workflows
         self._events = core.events
@@ -102,16 +106,36 @@ class MissionReports:
         self._beliefs = BeliefUpdates(core)
         self._waiting = waiting
         self._plausibility = plausibility
+        self._changes = changes
 
     def record(self, message: Message, world: str) -> Reception:
         """Record one answer or report, see `record_all`."""
         return self.record_all([message], world)[0]
 
     def record_all(self, messages: Sequence[Message], world: str) -> Sequence[Reception]:
-        """Record robots' answers and reports, in order.
+        """Record robots' answers and reports, in order; first those of unknown samples, each for itself.
 
         :param world: the world that the robots are in.
         """
+        found = {
+            message.id: self._record_sample(message.sender, message.body, world)
+            for message in messages
+            if isinstance(message.body, SampleReport)
+        }
+        others = [message for message in messages if message.id not in found]
+        recorded = iter(self._record_all(others, world))
+        return [found.get(message.id) or next(recorded) for message in messages]
+
+    def _record_sample(self, robot: str, report: SampleReport, world: str) -> Reception:
+        if why := self._plausibility.doubt_of_sample(robot, report, world):
+            logger.debug("report held back as implausible: %s %s", robot, why)
+            return Reception.HELD_BACK
+        self._changes.discover(world, robot, report)
+        return Reception.RECORDED
+
+    def _record_all(self, messages: Sequence[Message], world: str) -> Sequence[Reception]:
+        if not messages:
+            return []
         with self._database.write() as session:
             ids = sorted({message.id for message in messages})
             for message_id in ids:

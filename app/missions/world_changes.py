@@ -12,16 +12,19 @@ from app.domain.errors import Conflict, NotFound, Outdated
 from app.domain.events import WorldChanged
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.world_model import Change, Facts, broken_support
-from app.domain.world_model.edits import AnyEdit, EditedWorld, WorldEdit, apply_edits
+from app.domain.world_model import Change, Facts, broken_support, revise_beliefs
+from app.domain.world_model.beliefs import OBJECT_POSITION
+from app.domain.world_model.edits import AddSample, AnyEdit, EditedWorld, WorldEdit, apply_edits
 from app.domain.world_model.layout import layout_of
 from app.planning.waiting_goals import WaitingGoals
 from app.store import EditionRow, PlanRow, UnknownRow, after_commit
 from app.store.editions import WorldDirectory
+from app.store.facts import source_of
 from app.store.records import lock_running_missions
 from app.workflows.mission_wakeups import wake_missions
 from robots.clock import Clock
-from robots.world import Edition
+from robots.wire import SampleReport
+from robots.world import Edition, Sample
 
 EDITS: TypeAdapter[list[AnyEdit]] = TypeAdapter(list[AnyEdit])
 
@@ -90,6 +93,28 @@ class WorldChanges:
                 session, world, edits, actor=actor, source=source, reason=reason, expected=expected
             )
 
+    def discover(self, world: str, robot: str, report: SampleReport) -> None:
+        """Add a sample that a robot has seen, unless it is known. What was believed to lie there is not any longer.
+
+        What missions need does not matter: the sample is there.
+        """
+        with self._core.database.write() as session:
+            lock_running_missions(session, world)
+            self._core.facts.lock(session, world)
+            self._worlds.read(session)
+            known = self._worlds[world]
+            if report.place not in known.points or any(one.name == report.sample for one in known.samples):
+                return
+            self._make(
+                session,
+                world,
+                [AddSample(sample=Sample(name=report.sample, at=report.place))],
+                actor=robot,
+                source=source_of(robot),
+                reason=f"{robot} saw {report.sample} in {report.place}",
+                observed=True,
+            )
+
     def undo(self, world: str, edition: int, *, actor: str, reason: str, expected: int | None) -> EditionRow:
         """Take an edition back, by a further one; checked as any other change.
 
@@ -136,18 +161,28 @@ class WorldChanges:
         actor: str,
         source: str,
         reason: str,
-        expected: int | None,
+        expected: int | None = None,
         undoes: int | None = None,
+        observed: bool = False,
     ) -> EditionRow:
+        """:param observed: the edits were seen to be so: beliefs and missions in the way give way."""
         core = self._core
         lock_running_missions(session, world)  # lock order: missions before the world
         row = core.facts.lock(session, world)
-        checked = self._checked(session, world, edits, expected)
+        checked = self._checked(session, world, edits, expected, observed=observed)
         edited = checked.edited
         at_s = self._clocks[world].now_s()
         change = checked.change
         version = row.version
-        core.facts.change(session, world, add=change.add, remove=change.remove, source=source, at_s=at_s)
+        core.facts.change(
+            session,
+            world,
+            add=change.add,
+            remove=change.remove,
+            source=source,
+            at_s=at_s,
+            corrects=observed,
+        )
         row.version = max(row.version, version + 1)  # what readers compare; an edit may change no fact
         session.flush()
         here = {one.name for one in edited.world.robots} | {one.name for one in edited.world.samples}
@@ -182,7 +217,13 @@ class WorldChanges:
         return recorded
 
     def _checked(
-        self, session: Session, world: str, edits: Sequence[WorldEdit], expected: int | None
+        self,
+        session: Session,
+        world: str,
+        edits: Sequence[WorldEdit],
+        expected: int | None,
+        *,
+        observed: bool = False,
     ) -> CheckedChange:
         self._worlds.read(session)
         edition = self._worlds.edition(world)
@@ -192,8 +233,14 @@ class WorldChanges:
                 code="world-changed",
             )
         facts = self._core.facts.facts(session, world)
-        edited = apply_edits(edition.world, edits, facts, self._core.knowledge_base)
-        self._refuse_needed(session, world, edited)
+        supposed = facts
+        if observed:
+            places = frozenset().union(*(edit.touched for edit in edits))
+            wrong = [f for f in facts if f.predicate == OBJECT_POSITION and f.args[2] in places]
+            supposed = revise_beliefs(facts, (), wrong)
+        edited = apply_edits(edition.world, edits, supposed, self._core.knowledge_base)
+        if not observed:
+            self._refuse_needed(session, world, edited)
         return CheckedChange(
             edition=edition.number + 1,
             edited=edited,

@@ -81,6 +81,15 @@ def _relation(percepts: Percepts, place: str, near_m: float) -> str | None:
     return "near" if abs(point) < near_m else None
 
 
+def lying_still(percepts: Percepts, tag: str) -> str | None:
+    """The place where a sample in view lies still, no robot by it; None if it lies in none, or too far off to tell."""
+    at = percepts.locate(tag)
+    if at is None or not isfinite(abs(at)) or abs(at) > TRUSTED_M:
+        return None
+    places = percepts.profile.beacons
+    return next((name for name in places if LiesAt(object=tag, place=name).check(percepts).holds), None)
+
+
 def _whereabouts(percepts: Percepts, tag: str) -> list[SymbolicFact]:
     at = percepts.locate(tag)
     if at is None or not isfinite(abs(at)) or abs(at) > TRUSTED_M:

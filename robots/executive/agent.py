@@ -7,6 +7,7 @@ from robots.clock import Clock
 from robots.conditions.facts import REPORTED
 from robots.errors import RepertoireError, SensorFault
 from robots.executive.control_loop import LOOPS, ControlLoop
+from robots.executive.discoveries import Discoveries
 from robots.executive.executive import Executive
 from robots.executive.known_scripts import StaleScripts, remember, supersedes
 from robots.executive.mailbox import Mailbox
@@ -77,6 +78,7 @@ class BehaviouralAgent:
         self._tuning_version = 0
         self._tuning = PacketTunings()
         self._executive = Executive(profile, self._repertoire)
+        self._discoveries = Discoveries(profile)
         self._upkeep = Upkeep(profile, load_self_level())
         self._teleoperation = Teleoperation(profile)
         self._loop: ControlLoop = LOOPS[profile.architecture](self._executive)
@@ -142,6 +144,8 @@ class BehaviouralAgent:
         percepts = self._sense(now_s, step_s)
         one_shots = self._handle_messages(now_s)
         self._start_upkeep(percepts)
+        for found in self._discoveries.new(percepts):
+            self._mailbox.report(Performative.INFORM, found, now_s)
         if percepts is not None:
             percepts.drive_command = self._teleoperation.command(now_s)
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())

@@ -41,7 +41,8 @@ class RobotProfile:
 
     `beacons` must name every fixed beacon in sight: a sighting that is neither a beacon nor one of `others` counts as
     the tag of a sample. `lengths_m`: of the objects that take two robots. `home`: the beacon of its charger, None
-    without one. `round_trip_s`: the longest round trip of its radio.
+    without one. `round_trip_s`: the longest round trip of its radio. `samples`: those that it was told of; it reports
+    others that it sees. None: it is not told of samples, and reports none.
     """
 
     name: str
@@ -57,6 +58,7 @@ class RobotProfile:
     whisker_least_m: float = 0.0
     lengths_m: Mapping[str, float] = field(default_factory=dict)
     round_trip_s: float = 0.0
+    samples: frozenset[str] | None = None
     places: Mapping[str, BeaconSpec] = field(init=False)
     fellows: frozenset[str] = field(init=False)
     """`others` as a set."""

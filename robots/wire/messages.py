@@ -136,6 +136,15 @@ class UpkeepReport(Wire):
     driver: str | None = None
 
 
+class SampleReport(Wire):
+    """Robot to service: a sample that the robot was not told of lies in a place (inform)."""
+
+    kind: Literal["sample_report"] = "sample_report"
+    sample: str
+    place: str
+    at_s: float
+
+
 class StatusReport(Wire):
     """Robot to service: the answer to a status query (inform). `state` is None for a script it does not know.
 
@@ -222,6 +231,7 @@ Body = Annotated[
     | ScriptReport
     | StatusReport
     | UpkeepReport
+    | SampleReport
     | TraceQuery
     | TraceReport
     | Retune

@@ -5,12 +5,23 @@ from robots.world.edition import Edition
 from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds, shipped_worlds
-from robots.world.parts import Compartment, Location, Obstacle, Opening, RobotSpec, Sample, Wall, WorldFact
+from robots.world.parts import (
+    Compartment,
+    Delivery,
+    Location,
+    Obstacle,
+    Opening,
+    RobotSpec,
+    Sample,
+    Wall,
+    WorldFact,
+)
 from robots.world.radio import Contact, LinkSpec, Outage
 
 __all__ = [
     "Compartment",
     "Contact",
+    "Delivery",
     "Edition",
     "LinkSpec",
     "Location",

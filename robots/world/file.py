@@ -16,6 +16,7 @@ from robots.world.parts import (
     ON_BORDER_M,
     Aisle,
     Compartment,
+    Delivery,
     Location,
     Name,
     Obstacle,
@@ -42,6 +43,7 @@ class WorldFile(Checked):
     locations: tuple[Location, ...] = Field(min_length=1)
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
     samples: tuple[Sample, ...] = ()
+    deliveries: tuple[Delivery, ...] = ()
     facts: tuple[WorldFact, ...] = ()
     link: LinkSpec = LinkSpec()
 
@@ -129,7 +131,15 @@ class WorldFile(Checked):
     @model_validator(mode="after")
     def _check(self) -> Self:
         aisles = [aisle for compartment in self.compartments for aisle in compartment.aisles]
-        parts = (self.compartments, aisles, self.obstacles, self.locations, self.robots, self.samples)
+        parts = (
+            self.compartments,
+            aisles,
+            self.obstacles,
+            self.locations,
+            self.robots,
+            self.samples,
+            self.deliveries,
+        )
         names = [part.name for group in parts for part in group]
         _unique(names)
         self._check_building()
@@ -157,6 +167,10 @@ class WorldFile(Checked):
                 {**self.places_by_location, **self.location_of},
                 f"samples.{sample.name}.at",
             )
+        for delivery in self.deliveries:
+            _known("place", delivery.at, self.location_of, f"deliveries.{delivery.name}.at")
+            if self.location(delivery.at).capacity == 0:
+                raise ValueError(f"deliveries.{delivery.name}.at: {delivery.at} holds no samples")
         for name, place in self.initial_places.items():
             self._check_sample_place(name, place)
         return self

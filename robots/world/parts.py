@@ -150,6 +150,15 @@ class Sample(Checked):
         return length_m
 
 
+class Delivery(Sample):
+    """A sample that is brought from outside `after_s` seconds after the world's start, once its place is free.
+
+    Nobody is told of it: it is known once a robot has seen it lie there.
+    """
+
+    after_s: float = Field(ge=0)
+
+
 class Obstacle(Checked):
     """A round rock on the floor that is on no robot's map: whiskers detect it, infra-red passes above it.
 

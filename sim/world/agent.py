@@ -26,13 +26,15 @@ class HasMemory(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSetup:
-    """What an agent is made with: its spec, the locations of its reach, the names of the other robots, the lengths of
-    long samples, the pose it is told, its radio's round trip, its interfaces, and the memory it resumes with.
+    """What an agent is made with: its spec, the locations of its reach, the names of the other robots and of the known
+    samples, the lengths of long ones, the pose it is told, its radio's round trip, its interfaces, and the memory it
+    resumes with.
     """
 
     spec: RobotSpec
     reach: tuple[Location, ...]
     others: tuple[str, ...]
+    samples: frozenset[str]
     lengths_m: Mapping[str, float]
     told: Pose
     round_trip_s: float

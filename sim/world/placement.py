@@ -7,7 +7,7 @@ from math import cos, dist, radians, remainder, sin, sqrt, tau
 import numpy as np
 
 from robots.physical.body import RADIUS_M, Pose
-from robots.world import RobotSpec, WorldFile
+from robots.world import RobotSpec, Sample, WorldFile
 from robots.world.walls import Panel, clearance_m
 from sim.physics.scene import Placed
 from sim.snapshot import Rock, WorldSnapshot
@@ -40,16 +40,24 @@ class Placement:
         """Drawn at random."""
         rocks = rocks_of(world, rng)
         starts = StartPoses(world=world, panels=panels, rocks=rocks, rng=rng, jitter_m=jitter_m).draw()
-        samples = placed_samples(world, rng)
+        samples = placed_samples(world, world.samples, rng)
         told = {name: told_pose(pose, rng) for name, pose in starts.items()}
         return cls(rocks=rocks, rovers=starts, samples=samples, told=told)
 
     @classmethod
     def restore(
-        cls, world: WorldFile, snapshot: WorldSnapshot, panels: Sequence[Panel], rng: np.random.Generator
+        cls,
+        world: WorldFile,
+        samples: Sequence[Sample],
+        snapshot: WorldSnapshot,
+        panels: Sequence[Panel],
+        rng: np.random.Generator,
     ) -> "Placement":
-        """Read from a snapshot. What it does not have was added to the world since: that is drawn as at a start."""
-        lengths_m = {one.name: one.length_m for one in world.samples}
+        """Read from a snapshot. What it does not have was added to the world since: that is drawn as at a start.
+
+        :param samples: all that there are, known or not.
+        """
+        lengths_m = {one.name: one.length_m for one in samples}
         lying = {
             name: Placed(state.point, lengths_m[name], state.heading_rad)
             for name, state in snapshot.samples.items()
@@ -59,11 +67,11 @@ class Placement:
         )
         rovers = starts.draw(snapshot.rovers)
         told = {name: told_pose(pose, rng) for name, pose in rovers.items() if name not in snapshot.told}
-        new = placed_samples(world, rng) if len(lying) < len(world.samples) else {}
+        new = placed_samples(world, [one for one in samples if one.name not in lying], rng)
         return cls(
             rocks=snapshot.rocks,
             rovers=rovers,
-            samples={one.name: lying.get(one.name) or new[one.name] for one in world.samples},
+            samples={one.name: lying.get(one.name) or new[one.name] for one in samples},
             told={**snapshot.told, **told},
         )
 
@@ -133,11 +141,13 @@ def rocks_of(world: WorldFile, rng: np.random.Generator) -> tuple[Rock, ...]:
     )
 
 
-def placed_samples(world: WorldFile, rng: np.random.Generator) -> dict[str, Placed]:
+def placed_samples(
+    world: WorldFile, samples: Sequence[Sample], rng: np.random.Generator
+) -> dict[str, Placed]:
     """The samples at their locations, within about a centimetre; long ones lie across the first approach direction."""
     placed = {}
-    for sample in world.samples:
-        place = world.location(world.initial_places[sample.name])
+    for sample in samples:
+        place = world.location(world.initial_places.get(sample.name, sample.at))
         noise = SAMPLE_SIGMA_M * rng.standard_normal(2)
         point = (place.at[0] + float(noise[0]), place.at[1] + float(noise[1]))
         across_rad = radians(place.approach_deg[0] + 90) if sample.length_m else 0.0

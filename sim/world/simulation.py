@@ -62,6 +62,7 @@ class Simulation:
         self._make_agent = make_agent
         self._processes = processes
         self._edition = _newest(world, edition, snapshot)
+        self._delivered = snapshot.delivered if snapshot else frozenset[str]()
         self.link, robots_end = InMemoryLink.pair()
         self.hub = hub or Hub(robots_end, ())
         self._build(snapshot)
@@ -80,16 +81,19 @@ class Simulation:
         """Make scene, bodies, sensors and agents, from a snapshot if there is one."""
         world = self.world
         self._document = world.model_dump_json(exclude_defaults=True) if self._edition.number else ""
+        known = {one.name for one in world.samples}
+        unseen = (one for one in world.deliveries if one.name in self._delivered - known)
+        self._samples: tuple[Sample, ...] = (*world.samples, *unseen)
         self.hub.connect(radios_of(world, self._seed))
         names = [spec.name for spec in world.robots]
         seeds = np.random.SeedSequence(self._seed).spawn(len(names) + 1)
         placement_rng, *streams = [np.random.default_rng(each) for each in seeds]
         self._rngs = dict(zip(names, streams, strict=True))
         if snapshot is not None:
-            snapshot = snapshot.only(robots=names, samples=[one.name for one in world.samples])
+            snapshot = snapshot.only(robots=names, samples=[one.name for one in self._samples])
         panels = panels_of(world.walls)
         self._placement = (
-            Placement.restore(world, snapshot, panels, placement_rng)
+            Placement.restore(world, self._samples, snapshot, panels, placement_rng)
             if snapshot
             else Placement.draw(world, panels, placement_rng, self._jitter_m)
         )
@@ -101,7 +105,7 @@ class Simulation:
         self._jaws = Jaws(self.scene, names, self._placement.samples)
         self._whiskers = Whiskers(world.robots)
         reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.robots}
-        self._infra_red = InfraRed(world.places, reach, world.samples)
+        self._infra_red = InfraRed(world.places, reach, self._samples)
         self.bodies = make_bodies(
             world.robots,
             scene=self.scene,
@@ -134,14 +138,28 @@ class Simulation:
         """
         snapshot = self.snapshot()
         before = self._edition
-        self.close()
         self._edition = edition
         try:
-            self._build(snapshot)
+            self._rebuild(snapshot)
         except Exception:
             self._edition = before
-            self._build(snapshot)
+            self._rebuild(snapshot)
             raise
+
+    def _rebuild(self, snapshot: WorldSnapshot) -> None:
+        self.close()
+        self._build(snapshot)
+
+    def _deliver(self) -> None:
+        """Put down the samples whose delivery is due, if their places are free."""
+        made = self._delivered.union(one.name for one in self.world.samples)
+        now_s = self.clock.now_s()
+        due = [one for one in self.world.deliveries if one.after_s <= now_s and one.name not in made]
+        taken = {self._sample_truth(one).place for one in self._samples} if due else set()
+        if new := {one.name for one in due if one.at not in taken}:
+            snapshot = self.snapshot()
+            self._delivered |= new
+            self._rebuild(snapshot)
 
     def snapshot(self) -> WorldSnapshot:
         """Everything needed to resume from here; to be taken between two steps."""
@@ -150,6 +168,7 @@ class Simulation:
             digest=self._digest,
             edition=self._edition.number,
             document=self._document,
+            delivered=self._delivered,
             seed=self._seed,
             ticks=self.clock.ticks,
             rovers=self._poses(),
@@ -159,7 +178,7 @@ class Simulation:
                     point=self.scene.sample_point(one.name)[:2],
                     heading_rad=self.scene.sample_heading(one.name),
                 )
-                for one in self.world.samples
+                for one in self._samples
             },
             rocks=self._placement.rocks,
             jaws=self._jaws.snapshot(),
@@ -192,6 +211,7 @@ class Simulation:
             self.hub.receive(self.clock.now_s())
             for message in self.hub.to_world():
                 self._answer(message)
+            self._deliver()
             self._drain_batteries()
             self._sense()
             self._tick_agents()
@@ -223,7 +243,7 @@ class Simulation:
         return Truth(
             time_s=self.clock.now_s(),
             robots=self._poses(),
-            samples={sample.name: self._sample_truth(sample) for sample in self.world.samples},
+            samples={sample.name: self._sample_truth(sample) for sample in self._samples},
             deflections_m={name: hypot(*self._jaws.deflection_m(name)) for name in self.bodies},
             slipped=self._jaws.slipped,
         )
@@ -275,6 +295,7 @@ class Simulation:
             spec=spec,
             reach=self.world.reach_of(spec),
             others=tuple(other for other in self.bodies if other != spec.name),
+            samples=frozenset(one.name for one in self.world.samples),
             lengths_m={one.name: one.length_m for one in self.world.samples if one.length_m},
             told=self._placement.told[spec.name],
             round_trip_s=self.world.link_of(spec).round_trip_s,

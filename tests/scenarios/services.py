@@ -9,7 +9,7 @@ from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from robots.link.mqtt import Broker
-from robots.world import load_world
+from robots.world import WorldFile, load_world
 from sim import SimulationProcess
 
 TOKEN = "a-token-for-the-scenario"
@@ -18,13 +18,13 @@ AUTHORISED = {"authorization": f"Bearer {TOKEN}"}
 
 @contextmanager
 def over_pipe(
-    data: Path, worker: PlanningWorker, *, speed: float | None, world: str = "sample_store"
+    data: Path, worker: PlanningWorker, *, speed: float | None, world: str | WorldFile = "sample_store"
 ) -> Iterator[Service]:
     """The world is simulated by a child process.
 
     :param speed: world seconds per wall-clock second; None: as fast as possible.
     """
-    file = load_world(world)
+    file = load_world(world) if isinstance(world, str) else world
     with SimulationProcess.start(file, speed=speed, jitter_m=0.0) as simulation:
         running = RunningWorld(
             file=file, link=simulation.link, clock=simulation, rate=speed, run=simulation.run

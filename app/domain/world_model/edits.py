@@ -79,12 +79,14 @@ class AddSample(WorldEdit):
         return f"added {self.sample.name} at {self.sample.at}"
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        others = tuple(one for one in world.deliveries if one.name != self.sample.name)
+        world = changed(world, deliveries=others)  # one that has arrived is a sample like any other
         _refuse_name_in_use(self.sample.name, world)
         place = _free_place(self.sample, world, facts)
         sample = self.sample.model_copy(update={"at": place})
-        others = [_moved_off(other, place, world, facts) for other in world.samples]
+        lying = [_moved_off(other, place, world, facts) for other in world.samples]
         return Edited(
-            changed(world, samples=(*others, sample)),
+            changed(world, samples=(*lying, sample)),
             AddSample(sample=sample),
             RemoveSample(name=sample.name),
         )
@@ -206,6 +208,7 @@ def _refuse_name_in_use(name: str, world: WorldFile) -> None:
         world.places,
         world.robots,
         world.samples,
+        world.deliveries,
     )
     taken = {part.name for group in parts for part in group}
     if name in taken:

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from math import dist
 
-from app.domain.world_model.beliefs import OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
+from app.domain.world_model.beliefs import OBJECT_POSITION, OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
 from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
 from planner import Fact, KnowledgeBase, PlanningProblem
 from robots.world import WorldFile
@@ -41,20 +41,23 @@ def planning_problem(
     :param reserved: what running missions still need and the plan must not use.
     :param knowledge_base: leaves out the facts that none of its actions mentions; None: none is.
     """
+    objects = objects_of(world)
     meant = (
         None if knowledge_base is None else knowledge_base.mentioned.union(goal.predicate for goal in goals)
     )
+    # A robot may report a sample, in passing, before it is one of the world's.
     free = frozenset(
         fact
         for fact in facts
-        if (meant is None or fact.predicate in meant) and not is_withheld(fact, reserved)
+        if (meant is None or fact.predicate in meant)
+        and not is_withheld(fact, reserved)
+        and (fact.predicate != OBJECT_POSITION or fact.args[0] in objects)
     )
     functions: dict[tuple[str, tuple[str, ...]], float] = {
         ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
     }
     # Distances come from all facts, for a robot may drive off a reserved place.
     functions |= _distances(_points(world, spots or {}), _ways(facts))
-    objects = objects_of(world)
     unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
     return PlanningProblem(
         objects={name: kind for name, kind in objects.items() if name not in unused},

@@ -19,6 +19,7 @@ from app.missions.mission_service import MissionService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
+from app.missions.world_changes import WorldChanges
 from app.missions.world_start import start_world_run
 from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
@@ -120,7 +121,10 @@ class MissionServices:
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
         )
-        self.reports = MissionReports(self.core, waiting=self.waiting, plausibility=plausibility)
+        self.changes = WorldChanges(self.core, worlds=files, clocks=clocks, waiting=self.waiting)
+        self.reports = MissionReports(
+            self.core, waiting=self.waiting, plausibility=plausibility, changes=self.changes
+        )
         self.lost = LostRobots(
             self.core, clocks=clocks, board=self.board, waiting=self.waiting, wall_clock=wall_clock
         )

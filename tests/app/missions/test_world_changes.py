@@ -10,6 +10,7 @@ from fastapi.testclient import TestClient
 from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
+from robots.wire import SampleReport
 from robots.world import WorldFile
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
@@ -173,6 +174,21 @@ def test_an_undo_that_no_longer_fits_is_refused(api: TestClient) -> None:
     refused = api.post(f"{CHANGES}/1:undo")
     assert (refused.status_code, refused.json()["type"]) == (409, "urn:macta:problem:place-occupied")
     assert api.get(CHANGES).json()["items"][1]["undone_by"] is None
+
+
+def test_a_sample_that_a_robot_sees_is_known_by_its_report_and_what_was_believed_there_is_not(
+    api: TestClient, team: FakeTeam
+) -> None:
+    team.tell("yard_1", battery=1.0)
+    report = SampleReport(sample="sample_9", place="door_1", at_s=team.clock.now_s())
+    twice = [team.report("yard_1", report), team.report("yard_1", report)]
+    until(lambda: set(twice) <= set(team.receipts))
+    known = facts(api)
+    assert known["in(sample_9, door_1)"] == "report of yard_1"
+    assert "in(sample_1, door_1)" not in known
+    assert [one["name"] for one in api.get(f"{WORLD}/unknown").json()["items"]] == ["sample_1"]
+    (made,) = api.get(CHANGES).json()["items"]
+    assert (made["actor"], made["reason"]) == ("yard_1", "yard_1 saw sample_9 in door_1")
 
 
 def test_a_service_goes_on_with_the_changed_world_until_it_gets_another_file(

@@ -113,3 +113,26 @@ def test_what_a_robot_held_is_gone_from_its_jaws_with_the_sample() -> None:
     run_s(simulation, 0.1)
     assert "sample_1" not in simulation.truth().samples
     assert simulation.bodies["yard_1"].sense().gripper in (None, Gripper(closed=True, between_jaws=None))
+
+
+def test_a_delivery_arrives_once_its_place_is_free_and_its_robots_are_not_told() -> None:
+    deliveries = [
+        {"name": "sample_8", "at": "door_2", "after_s": 0.5},
+        {"name": "sample_9", "at": "door_1", "after_s": 0.5},
+    ]
+    file = WorldFile.model_validate({**FILE.model_dump(), "deliveries": deliveries})
+    simulation = Simulation(file, make_agent=behavioural_agent, seed=3, jitter_m=0.0)
+    assert "sample_8" not in simulation.truth().samples
+    run_s(simulation, 1.0)
+    assert simulation.truth().samples["sample_8"].place == "door_2"
+    assert "sample_9" not in simulation.truth().samples  # sample_1 lies at door_1
+    simulation.take_up(Edition(1, changed(file, without="sample_1")))
+    run_s(simulation, 0.1)
+    assert simulation.truth().samples["sample_9"].place == "door_1"
+    snapshot = WorldSnapshot.model_validate_json(simulation.snapshot().model_dump_json())
+    resumed = Simulation(file, make_agent=behavioural_agent, snapshot=snapshot)
+    assert resumed.truth() == simulation.truth()
+    known = {"name": "sample_8", "at": "door_2", "length_m": 0.0}
+    seen = {**file.model_dump(), "samples": [known], "deliveries": deliveries[1:]}
+    simulation.take_up(Edition(2, WorldFile.model_validate(seen)))
+    assert simulation.truth().samples.keys() == {"sample_8", "sample_9"}
