@@ -171,6 +171,7 @@ class Service:
         """The robots' state, and what operators send to robots directly: questions, set-points, tunings."""
         settings = self.settings
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
+        self._files.renewed.append(self.board.renew)
         self.contact = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
         self.questions = Questions(patience_s=settings.answer_patience_s)
         self.worlds = WorldService(self.core, worlds=self._files, clocks=self.clocks)
@@ -190,7 +191,7 @@ class Service:
         margin = Margin(
             relative=settings.margin_relative,
             absolute_s=settings.margin_s,
-            answers_s={name: file.answer_s for name, file in self._files.items()},
+            answers_s=self._files.each(lambda file: file.answer_s),
         )
         self.plans = PlanApproval(core, margin=margin, requests=self._requests)
         problems = ProblemBuilder(
@@ -247,7 +248,11 @@ class Service:
         self.lost_robots = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting_goals)
         self.out_of_service = OutOfService(core, clocks=self.clocks, waiting=self._waiting_goals)
         self.world_changes = WorldChanges(
-            core, worlds=self._files, clocks=self.clocks, waiting=self._waiting_goals
+            core,
+            worlds=self._files,
+            clocks=self.clocks,
+            waiting=self._waiting_goals,
+            tags=self.packs.repertoire().tags,
         )
         plausibility = Plausibility(
             core,
@@ -259,10 +264,7 @@ class Service:
         self.reports = MissionReports(
             core, waiting=self._waiting_goals, plausibility=plausibility, changes=self.world_changes
         )
-        repertoires = {
-            name: {robot.name: robot.repertoire for robot in file.robots}
-            for name, file in self._files.items()
-        }
+        repertoires = self._files.each(lambda file: {one.name: one.repertoire for one in file.robots})
         dispatcher = ScriptDispatcher(core, library=self.packs.library(), repertoires=repertoires)
         self._mission_life = MissionLife(
             core,
@@ -299,8 +301,9 @@ class Service:
                 holds_lease=drives_world,
             )
             each_turn = partial(_call_all, (run.follow, each_turn))
+        links = self._files.each(lambda file: {robot.name: file.link_of(robot) for robot in file.robots})
         return AgentModels(
-            robots={robot.name: world.file.link_of(robot) for robot in world.file.robots},
+            robots=lambda: links[name],
             link=world.link,
             clock=world.clock,
             database=self.database,

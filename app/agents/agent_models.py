@@ -76,7 +76,7 @@ class AgentModels:
     def __init__(
         self,
         *,
-        robots: Mapping[str, LinkSpec],
+        robots: Callable[[], Mapping[str, LinkSpec]],
         link: Link,
         clock: Clock,
         database: Database,
@@ -93,7 +93,7 @@ class AgentModels:
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
-        :param robots: each with its radio.
+        :param robots: those of the world now, each with its radio.
         :param clock: the world's.
         :param readmit: restores robots that were declared lost as silent and are heard again.
         :param has_lease: True while this process, of those that share the database, delivers and records. Otherwise it
@@ -101,12 +101,12 @@ class AgentModels:
         :param each_turn: called in each turn of the loop, before messages are received.
         :param editions: tells the world of its changes; None: it never changes.
         """
-        self._robots = frozenset(robots)
+        self._links = robots
         self._world = world
         self._communications = Communications(
             link,
             clock=clock,
-            robots={**robots, WORLD: LinkSpec()},
+            robots=lambda: {**robots(), WORLD: LinkSpec()},
             heard_s=lambda name: None if name == WORLD else board.view(name).heard_s,
             wall=wall,
         )
@@ -121,10 +121,19 @@ class AgentModels:
         self._each_turn = each_turn
         self._editions = editions
         self._wall = wall
-        self._open_scripts_query = _open_scripts_query(world, self._robots)
+        self._served: Mapping[str, LinkSpec] = {}
+        self._serve(robots())
         self._due = threading.Event()
         self._background = Background(f"agents-{world}", self._run)
         database.committed.append(self._due.set)
+
+    def _serve(self, robots: Mapping[str, LinkSpec]) -> None:
+        """Exchange messages with these robots from now on."""
+        if robots is self._served:
+            return
+        self._served = robots
+        self._robots = frozenset(robots)
+        self._open_scripts_query = _open_scripts_query(self._world, self._robots)
 
     def start(self) -> None:
         self._background.start()
@@ -139,6 +148,7 @@ class AgentModels:
         while not self._background.ending.is_set():
             try:
                 self._each_turn()
+                self._serve(self._links())
                 received = self._communications.receive(RECEIVE_S)
                 self._record([message for message in received if not self._handle(message)])
                 self._ask()

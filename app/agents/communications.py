@@ -28,13 +28,13 @@ class Communications:
         link: Link,
         *,
         clock: Clock,
-        robots: Mapping[str, LinkSpec],
+        robots: Callable[[], Mapping[str, LinkSpec]],
         heard_s: Callable[[str], float | None],
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param clock: the world's.
-        :param robots: each with its radio.
+        :param robots: those of the world now, each with its radio.
         :param heard_s: when a robot was last heard, by the world's clock.
         """
         self._link = link
@@ -102,7 +102,7 @@ class ResendSchedule:
     def __init__(
         self,
         clock: Clock,
-        robots: Mapping[str, LinkSpec],
+        robots: Callable[[], Mapping[str, LinkSpec]],
         *,
         heard_s: Callable[[str], float | None],
         wall: WallClock,
@@ -111,7 +111,7 @@ class ResendSchedule:
         self._clock = clock
         self._heard_s = heard_s
         self._wall = wall
-        self._pauses_s = {robot: link.round_trip_s + RESENT_S for robot, link in robots.items()}
+        self._robots = robots
         self._sent: dict[str, _Sent] = {}
 
     @property
@@ -122,7 +122,7 @@ class ResendSchedule:
         """True if the message is to be sent now; it then counts as sent."""
         now_s = self._clock.now_s()
         wall_s = self._wall.monotonic_s()
-        min_pause_s = self._pauses_s[robot]
+        min_pause_s = self._robots()[robot].round_trip_s + RESENT_S
         sent = self._sent.get(message_id)
         if sent is None:
             self._sent[message_id] = _Sent(at_s=now_s, wall_s=wall_s, pause_s=min_pause_s)

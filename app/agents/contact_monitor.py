@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from app.agents.robot_board import SILENT_AFTER_S, RobotBoard
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from robots.clock import Clock
-from robots.world import WorldFile
+from robots.world import LinkSpec, WorldFile
 from robots.world.radio import QUIET_S
 
 MIN_LEFT_S = 1.0
@@ -31,7 +31,7 @@ class ContactMonitor:
         self._board = board
         self._clocks = clocks
         self._wall = wall
-        self._links = {r.name: world.link_of(r) for world in worlds.values() for r in world.robots}
+        self._worlds = worlds
         self._began_s = {world: clock.now_s() for world, clock in clocks.items()}
         self._began_monotonic_s = wall.monotonic_s()
 
@@ -42,7 +42,7 @@ class ContactMonitor:
         the link reports that the robot is gone, only the wall clock counts: the world's clock may stand still.
         """
         view = self._board.view(robot)
-        link = self._links[robot]
+        link = self._link(robot)
         now_s = self._clocks[view.world].now_s()
         heard_s = self._began_s[view.world] if view.heard_s is None else view.heard_s
         heard_monotonic_s = (
@@ -58,4 +58,8 @@ class ContactMonitor:
     def next_contact_s(self, robot: str) -> float:
         """World seconds until contact is expected, as far as is known beforehand; 0 while it is."""
         now_s = self._clocks[self._board.view(robot).world].now_s()
-        return self._links[robot].next_contact_s(now_s) - now_s
+        return self._link(robot).next_contact_s(now_s) - now_s
+
+    def _link(self, robot: str) -> LinkSpec:
+        world = self._worlds[self._board.view(robot).world]
+        return world.link_of(world.robot(robot))

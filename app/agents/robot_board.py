@@ -95,6 +95,18 @@ class RobotBoard:
         robots = ((robot.name, name) for name, world in worlds.items() for robot in world.robots)
         return cls(robots, clocks=clocks, low_battery=low_battery, wall=wall)
 
+    def renew(self, world: WorldFile) -> None:
+        """Know the robots that the world has now, and no others of it."""
+        here = {robot.name for robot in world.robots}
+        with self._changed:
+            kept = {
+                name: view for name, view in self._views.items() if view.world != world.name or name in here
+            }
+            new = {name: RobotView(name=name, world=world.name) for name in sorted(here - kept.keys())}
+            self._views = kept | new
+            self._generation += 1
+            self._changed.notify_all()
+
     def views(self, world: str | None = None) -> Mapping[str, RobotView]:
         with self._changed:
             return {n: v for n, v in self._views.items() if world is None or v.world == world}

@@ -61,11 +61,6 @@ class RobotDirectory:
         self._board = board
         self._contact = contact
         self._wall = wall
-        self._reach = {
-            (name, robot.name): [place.name for place in world.reach_of(robot)]
-            for name, world in worlds.items()
-            for robot in world.robots
-        }
 
     def robots(self, world: str | None = None) -> list[RobotReport]:
         """The robots of a world, or of all worlds, in alphabetical order.
@@ -79,7 +74,11 @@ class RobotDirectory:
             missions = _missions_by_robot(session)
             lost = self._by_robot(session, lost_robots)
             resting = self._by_robot(session, robots_out_of_service)
-        keyed = [((view.world, name), view) for name, view in sorted(views.items())]
+        keyed = [
+            ((view.world, name), view)
+            for name, view in sorted(views.items())
+            if name in self._worlds[view.world].reached_by
+        ]
         return [
             self._robot(view, missions.get(key), lost=lost.get(key), out_of_service=resting.get(key))
             for key, view in keyed
@@ -117,7 +116,7 @@ class RobotDirectory:
             silent=self._contact.silent_in_s(view.name) == 0,
             next_contact_s=round(self._contact.next_contact_s(view.name), 3),
             repertoire=spec.repertoire,
-            reach=self._reach[view.world, view.name],
+            reach=world.reached_by[view.name],
             mission_id=mission_id,
             lost=lost,
             out_of_service=out_of_service,

@@ -54,7 +54,6 @@ class TuningService:
         """:param repertoire: the packets of the robots' software."""
         self._database = core.database
         self._events = core.events
-        self._world_of = {robot.name: world.name for world in worlds.values() for robot in world.robots}
         self._worlds = worlds
         self._repertoire = repertoire
 
@@ -120,9 +119,10 @@ class TuningService:
             )
 
     def _spec(self, robot: str) -> tuple[RobotSpec, str]:
-        if robot not in self._world_of:
-            raise NotFound(f"unknown robot {robot!r}", code="unknown-robot", choices=sorted(self._world_of))
-        world = self._world_of[robot]
+        world_of = {one.name: world.name for world in self._worlds.values() for one in world.robots}
+        if robot not in world_of:
+            raise NotFound(f"unknown robot {robot!r}", code="unknown-robot", choices=sorted(world_of))
+        world = world_of[robot]
         return self._worlds[world].robot(robot), world
 
     def _check(self, spec: RobotSpec, tuning: PacketTunings) -> None:

@@ -20,6 +20,17 @@ from robots.wire import SymbolicFact
 EXAMPLE = [
     {"edit": "add_sample", "sample": {"name": "sample_9", "at": "door_2"}},
     {"edit": "remove_sample", "name": "sample_1"},
+    {
+        "edit": "add_place",
+        "place": {"name": "home_yard_3", "kind": "home", "at": [4, 3], "approach_deg": [-90], "capacity": 0},
+    },
+    {
+        "edit": "add_robot",
+        "robot": {"name": "yard_3", "compartment": "yard", "start": [4, 2.2, 90], "home": "home_yard_3"},
+    },
+    {"edit": "move_place", "name": "bay_3", "at": [0.5, 7.8]},
+    {"edit": "remove_place", "name": "bay_12"},
+    {"edit": "remove_robot", "name": "yard_2"},
 ]
 
 

@@ -1,6 +1,6 @@
 """Changes of a world while it runs: checked, recorded as an edition with its reason, and undone."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pydantic import TypeAdapter
@@ -8,23 +8,35 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.errors import Conflict, NotFound, Outdated
+from app.domain.errors import Conflict, Invalid, NotFound, Outdated
 from app.domain.events import WorldChanged
 from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.script import release_abandoned
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import Change, Facts, broken_support, revise_beliefs
 from app.domain.world_model.beliefs import OBJECT_POSITION
-from app.domain.world_model.edits import AddSample, AnyEdit, EditedWorld, WorldEdit, apply_edits
+from app.domain.world_model.berths import berths_of
+from app.domain.world_model.edits import AddRobot, AddSample, AnyEdit, EditedWorld, WorldEdit, apply_edits
 from app.domain.world_model.layout import layout_of
 from app.planning.waiting_goals import WaitingGoals
-from app.store import EditionRow, PlanRow, UnknownRow, after_commit
+from app.store import (
+    EditionRow,
+    LostRobotRow,
+    MissionRow,
+    OutOfServiceRow,
+    PlanRow,
+    ScriptRow,
+    TuningRow,
+    UnknownRow,
+    after_commit,
+)
 from app.store.editions import WorldDirectory
 from app.store.facts import source_of
 from app.store.records import lock_running_missions
 from app.workflows.mission_wakeups import wake_missions
 from robots.clock import Clock
 from robots.wire import SampleReport
-from robots.world import Edition, Sample
+from robots.world import Edition, Sample, WorldFile
 
 EDITS: TypeAdapter[list[AnyEdit]] = TypeAdapter(list[AnyEdit])
 
@@ -47,9 +59,16 @@ class WorldChanges:
     """Changes worlds, all edits of a change or none."""
 
     def __init__(
-        self, core: Core, *, worlds: WorldDirectory, clocks: Mapping[str, Clock], waiting: WaitingGoals
+        self,
+        core: Core,
+        *,
+        worlds: WorldDirectory,
+        clocks: Mapping[str, Clock],
+        waiting: WaitingGoals,
+        tags: Collection[str],
     ) -> None:
-        """:param clocks: the worlds' clocks by the world's name."""
+        """:param clocks: the worlds' clocks by the world's name. :param tags: of the packets that robots may have."""
+        self._tags = tags
         self._core = core
         self._worlds = worlds
         self._clocks = clocks
@@ -185,8 +204,7 @@ class WorldChanges:
         )
         row.version = max(row.version, version + 1)  # what readers compare; an edit may change no fact
         session.flush()
-        here = {one.name for one in edited.world.robots} | {one.name for one in edited.world.samples}
-        session.execute(delete(UnknownRow).where(UnknownRow.world == world, UnknownRow.name.not_in(here)))
+        _forget_gone(session, edited.world)
         row.layout = layout_of(edited.world)
         recorded = EditionRow(
             world=world,
@@ -240,18 +258,44 @@ class WorldChanges:
             supposed = revise_beliefs(facts, (), wrong)
         edited = apply_edits(edition.world, edits, supposed, self._core.knowledge_base)
         if not observed:
-            self._refuse_needed(session, world, edited)
+            self._refuse_needed(session, edition.world, edited)
+            self._refuse_foreign(world, edited)
         return CheckedChange(
             edition=edition.number + 1,
             edited=edited,
             change=edited.change(facts),
         )
 
-    def _refuse_needed(self, session: Session, world: str, edited: EditedWorld) -> None:
+    def _refuse_foreign(self, world: str, edited: EditedWorld) -> None:
+        """Refuse robots that another world has, or whose tags are no packet's."""
+        others = {
+            robot.name: name for name, file in self._worlds.items() if name != world for robot in file.robots
+        }
+        for index, edit in enumerate(edited.made):
+            if not isinstance(edit, AddRobot):
+                continue
+            robot = edit.robot
+            if robot.name in others:
+                raise Invalid(
+                    f"edits.{index}: {others[robot.name]} has a robot {robot.name}; robots are known by their names "
+                    "in all worlds of a service",
+                    code="name-in-use",
+                    thing=robot.name,
+                )
+            if (tag := next((tag for tag in robot.repertoire if tag not in self._tags), None)) is not None:
+                raise Invalid(
+                    f"edits.{index}: robot.repertoire: no packet of a repertoire has the tag {tag!r}",
+                    code="unknown-tag",
+                    choices=sorted(self._tags),
+                    thing=tag,
+                )
+
+    def _refuse_needed(self, session: Session, before: WorldFile, edited: EditedWorld) -> None:
         """Refuse edits of what a running mission still needs."""
-        for mission in self._core.reservations.of_world(session, world):
+        for mission in self._core.reservations.of_world(session, before.name):
             for index, edit in enumerate(edited.made):
-                if needed := sorted(edit.touched & mission.reservation.names):
+                names = {berth for name in edit.touched for berth in (name, *berths_of(name, before))}
+                if needed := sorted(names & mission.reservation.names):
                     raise Conflict(
                         f"edits.{index}: mission {mission.mission_id} still needs {', '.join(needed)}; cancel it, or "
                         "wait for its end",
@@ -272,3 +316,15 @@ class WorldChanges:
     def _refuse_unknown(self, world: str) -> None:
         if world not in self._worlds:
             raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))
+
+
+def _forget_gone(session: Session, world: WorldFile) -> None:
+    """Drop what is recorded of samples and robots that the world no longer has."""
+    here = {one.name for one in world.robots} | {one.name for one in world.samples}
+    session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
+    for table in (LostRobotRow, OutOfServiceRow, TuningRow):
+        session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
+    missions = select(MissionRow.id).where(MissionRow.world == world.name)
+    abandoned = select(ScriptRow).where(ScriptRow.abandoned, ScriptRow.mission_id.in_(missions))
+    for script in session.scalars(abandoned.where(ScriptRow.robot.not_in(here))).all():
+        release_abandoned(script)  # a lost robot that is removed is not ordered to stop

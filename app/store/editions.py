@@ -1,7 +1,8 @@
 """The editions of the worlds that a process runs with: the newest of each, as every service reads it."""
 
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from typing import TypeVar
 
 from sqlalchemy import func, select, tuple_
 from sqlalchemy.orm import Session
@@ -10,6 +11,7 @@ from app.store.engine import Database
 from app.store.tables import EditionRow
 from robots.world import Edition, WorldFile, digest_of
 
+Value = TypeVar("Value")
 FILE_REPLACED = "the world file was replaced"
 
 
@@ -23,6 +25,8 @@ class WorldDirectory(Mapping[str, WorldFile]):
         self._database = database
         self._files = files
         self._newest = {name: Edition(0, file) for name, file in files.items()}
+        self.renewed: list[Callable[[WorldFile], None]] = []
+        """Called with a world's newest edition once it is known."""
         self._has_changed = threading.Event()
         if database.shared:
             database.committed.append(self._has_changed.set)
@@ -47,6 +51,12 @@ class WorldDirectory(Mapping[str, WorldFile]):
         """Take an edition that was recorded, unless a newer one is known."""
         if edition.number > self._newest[edition.world.name].number:
             self._newest[edition.world.name] = edition
+            for notify in self.renewed:
+                notify(edition.world)
+
+    def each(self, of: Callable[[WorldFile], Value]) -> Mapping[str, Value]:
+        """By world, what a function makes of its newest edition."""
+        return _Each(self, of)
 
     def start(self, session: Session) -> None:
         """Take the recorded editions; of a world whose file was replaced since, record the file as the newest."""
@@ -75,6 +85,28 @@ class WorldDirectory(Mapping[str, WorldFile]):
             keys = tuple_(EditionRow.world, EditionRow.edition)
             for row in session.scalars(select(EditionRow).where(keys.in_(numbers))):
                 self.put(_edition(row))
+
+
+class _Each(Mapping[str, Value]):
+    """Computed again for each new edition."""
+
+    def __init__(self, worlds: WorldDirectory, of: Callable[[WorldFile], Value]) -> None:
+        self._worlds = worlds
+        self._of = of
+        self._known: dict[str, tuple[WorldFile, Value]] = {}
+
+    def __getitem__(self, name: str) -> Value:
+        world = self._worlds[name]
+        known = self._known.get(name)
+        if known is None or known[0] is not world:
+            known = self._known[name] = (world, self._of(world))
+        return known[1]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._worlds)
+
+    def __len__(self) -> int:
+        return len(self._worlds)
 
 
 def newest_edition(session: Session, file: WorldFile) -> Edition:

@@ -98,6 +98,11 @@ class WorldFile(Checked):
                 raise ValueError(f"{place} has room for 1 sample, but {count} start there")
         return places
 
+    @cached_property
+    def reached_by(self) -> Mapping[str, tuple[str, ...]]:
+        """Robot → the places that it reaches."""
+        return {robot.name: tuple(place.name for place in self.reach_of(robot)) for robot in self.robots}
+
     def location(self, name: str) -> Location:
         """The location or berth of that name."""
         return next(place for place in (*self.locations, *self.places) if place.name == name)

@@ -172,6 +172,7 @@ export function createLoading(store, track) {
     if (kind === "plan") changes.plan = true;
     else if (kind === "world") {
       changes.world = true;
+      changes.robots ||= type === "world.changed";
       changes.plan ||= store.get().plan?.state === "proposed"; // the change may have outdated it
     } else if (!mission && kind !== "goal") changes.all = true;
     if (kind === "mission" || kind === "script") changes.robots = true;

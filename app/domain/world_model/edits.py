@@ -1,7 +1,7 @@
 """Edits of a world while it runs: what each makes of the world, of its facts, and what takes it back."""
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -12,9 +12,11 @@ from app.domain.world_model.beliefs import (
     CAN,
     IN,
     IN_AREA,
+    NEAR,
     OBJECT_POSITION,
     OWN_SPOT,
     REACHES,
+    ROBOT_POSITION,
     VACANT,
     Change,
     Facts,
@@ -22,13 +24,14 @@ from app.domain.world_model.beliefs import (
     place_of,
     revise_beliefs,
     robots_in,
+    spot_of,
 )
 from app.domain.world_model.berths import resolve_statements
 from app.domain.world_model.initial import initial_facts
 from app.domain.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.data import Checked
-from robots.world import Sample, WorldFile
+from robots.world import Location, RobotSpec, Sample, WorldFile
 
 Part = TypeVar("Part")
 STRUCTURAL = frozenset({CAN, IN_AREA, OWN_SPOT, REACHES})
@@ -84,9 +87,8 @@ class AddSample(WorldEdit):
         _refuse_name_in_use(self.sample.name, world)
         place = _free_place(self.sample, world, facts)
         sample = self.sample.model_copy(update={"at": place})
-        lying = [_moved_off(other, place, world, facts) for other in world.samples]
         return Edited(
-            changed(world, samples=(*lying, sample)),
+            changed(world, samples=(*_starting_off({place}, world, facts), sample)),
             AddSample(sample=sample),
             RemoveSample(name=sample.name),
         )
@@ -119,7 +121,130 @@ class RemoveSample(WorldEdit):
         return Edited(without, self, AddSample(sample=lay))
 
 
-AnyEdit = Annotated[AddSample | RemoveSample, Field(discriminator="edit")]
+class AddRobot(WorldEdit):
+    """A robot that stands at its start now, as a world file describes one."""
+
+    edit: Literal["add_robot"] = "add_robot"
+    robot: RobotSpec
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset()
+
+    def __str__(self) -> str:
+        return f"added {self.robot.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        _refuse_name_in_use(self.robot.name, world)
+        robots = (*world.robots, self.robot)
+        return Edited(changed(world, robots=robots), self, RemoveRobot(name=self.robot.name))
+
+
+class RemoveRobot(WorldEdit):
+    """A robot is taken out of the world for good."""
+
+    edit: Literal["remove_robot"] = "remove_robot"
+    name: str
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset({self.name})
+
+    def __str__(self) -> str:
+        return f"removed {self.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        robot = _known("robot", self.name, {one.name: one for one in world.robots})
+        if held := occupants(self.name, facts):
+            raise Conflict(
+                f"{self.name} holds {', '.join(held)}; have it put down first", code="robot-holds-sample"
+            )
+        if len(world.robots) == 1:
+            raise Conflict(f"{self.name} is the only robot of {world.name}", code="last-robot")
+        without = changed(
+            world,
+            robots=tuple(one for one in world.robots if one.name != self.name),
+            facts=tuple(fact for fact in world.facts if self.name not in fact.args),
+        )
+        return Edited(without, self, AddRobot(robot=robot))
+
+
+class AddPlace(WorldEdit):
+    """A place with its beacon; robots whose area it lies in reach it."""
+
+    edit: Literal["add_place"] = "add_place"
+    place: Location
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset()
+
+    def __str__(self) -> str:
+        return f"added {self.place.name} at {point_words(self.place.at)}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        _refuse_name_in_use(self.place.name, world)
+        locations = (*world.locations, self.place)
+        return Edited(changed(world, locations=locations), self, RemovePlace(name=self.place.name))
+
+
+class MovePlace(WorldEdit):
+    """A place is elsewhere from now on; `approach_deg` stays unless it is given. A robot near it stays where it is."""
+
+    edit: Literal["move_place"] = "move_place"
+    name: str
+    at: tuple[float, float]
+    approach_deg: tuple[float, ...] | None = Field(default=None, min_length=1)
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset({self.name})
+
+    def __str__(self) -> str:
+        return f"moved {self.name} to {point_words(self.at)}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        place = _empty_place(self.name, world, facts)
+        moved = place.model_copy(
+            update={"at": self.at, "approach_deg": self.approach_deg or place.approach_deg}
+        )
+        locations = tuple(moved if one.name == self.name else one for one in world.locations)
+        back = MovePlace(name=self.name, at=place.at, approach_deg=place.approach_deg)
+        return Edited(changed(world, locations=locations), self, back)
+
+
+class RemovePlace(WorldEdit):
+    """A place is taken away with its beacon."""
+
+    edit: Literal["remove_place"] = "remove_place"
+    name: str
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset({self.name})
+
+    def __str__(self) -> str:
+        return f"removed {self.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        place = _empty_place(self.name, world, facts)
+        if (robot := next((one.name for one in world.robots if one.home == self.name), None)) is not None:
+            raise Conflict(f"{self.name} is the home of {robot}", code="place-is-home", thing=robot)
+        gone = {self.name, *(berth.name for berth in world.places_by_location[self.name])}
+        without = changed(
+            world,
+            samples=_starting_off(gone, world, facts),
+            locations=tuple(one for one in world.locations if one.name != self.name),
+            deliveries=tuple(one for one in world.deliveries if one.at not in gone),
+            facts=tuple(fact for fact in world.facts if not gone.intersection(fact.args)),
+        )
+        return Edited(without, self, AddPlace(place=place))
+
+
+AnyEdit = Annotated[
+    AddSample | RemoveSample | AddRobot | RemoveRobot | AddPlace | MovePlace | RemovePlace,
+    Field(discriminator="edit"),
+]
 
 
 def apply_edits(
@@ -162,7 +287,7 @@ class EditedWorld:
 def fact_change(facts: Facts, before: WorldFile, after: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     """The facts once a world has changed: none of what is gone, the initial ones of what is new, others as believed.
 
-    Abilities and reach follow the changed world.
+    Abilities and reach follow the changed world. A robot near a place that is now elsewhere stands at its own spot.
     """
     old = objects_of(before).keys()
     new = objects_of(after).keys()
@@ -176,6 +301,12 @@ def fact_change(facts: Facts, before: WorldFile, after: WorldFile, knowledge_bas
     }
     ended = {fact for fact in at_start - at_new_start if fact.predicate in STRUCTURAL}
     left = {fact for fact in facts if not gone.intersection(fact.args)} - ended
+    moved = {name for name, point in after.points.items() if before.points.get(name, point) != point} | gone
+    news |= {
+        Fact(ROBOT_POSITION, (fact.args[0], NEAR, spot_of(fact.args[0])))
+        for fact in facts
+        if fact.predicate == ROBOT_POSITION and fact.args[2] in moved and fact.args[0] not in gone
+    }
     emptied = {
         fact.args[2]
         for fact in facts
@@ -221,6 +352,24 @@ def _known(what: str, name: str, choices: Mapping[str, Part]) -> Part:
     return choices[name]
 
 
+def _empty_place(name: str, world: WorldFile, facts: Facts) -> Location:
+    """The location of that name, if nothing lies there."""
+    place = _known("place", name, {one.name: one for one in world.locations})
+    berths = [berth.name for berth in world.places_by_location[name]]
+    if lying := [sample for berth in berths for sample in occupants(berth, facts)]:
+        raise Conflict(
+            f"{', '.join(lying)} lies in {name}; have it taken elsewhere first",
+            code="place-holds-sample",
+            thing=lying[0],
+        )
+    return place
+
+
+def point_words(point: tuple[float, float]) -> str:
+    """A point in metres, as messages write it."""
+    return f"({point[0]:g}, {point[1]:g})"
+
+
 def _free_place(sample: Sample, world: WorldFile, facts: Facts) -> str:
     """The place that a new sample lies in.
 
@@ -246,14 +395,25 @@ def _free_place(sample: Sample, world: WorldFile, facts: Facts) -> str:
     return place
 
 
-def _moved_off(sample: Sample, place: str, world: WorldFile, facts: Facts) -> Sample:
-    """The sample as a new run begins: where it lay at the start, unless another sample is there now.
+def _starting_off(taken: Collection[str], world: WorldFile, facts: Facts) -> tuple[Sample, ...]:
+    """The samples as a new run begins, none of them in the places that are taken.
 
-    Then it begins where it is believed to lie, or at the first place that no sample starts at.
+    Each lies where it lay at the start; one whose place is taken, where it is believed to lie, or in the first place
+    that no sample starts in.
     """
-    if world.initial_places[sample.name] != place:
-        return sample
-    starts = {*world.initial_places.values(), place}
-    choices = [place_of(sample.name, facts), *(one.name for one in world.places if one.capacity)]
-    free = [one for one in choices if one in world.location_of and one not in starts]
-    return sample.model_copy(update={"at": free[0]}) if free else sample
+    starts = {*world.initial_places.values(), *taken}
+    samples = []
+    for sample in world.samples:
+        if world.initial_places[sample.name] in taken:
+            choices = [
+                place_of(sample.name, facts) or "",
+                *(one.name for one in world.places if one.capacity),
+            ]
+            free = [one for one in choices if one in world.location_of and one not in starts]
+            if not free:
+                raise Conflict(f"no place is left for {sample.name} to start in", code="no-room")
+            starts.add(free[0])
+            samples.append(sample.model_copy(update={"at": free[0]}))
+        else:
+            samples.append(sample)
+    return tuple(samples)

@@ -45,7 +45,7 @@ def test_a_report_that_cannot_be_recorded_keeps_none_that_arrive_with_it_from_be
         far.send(report(message_id))
     reports = Reports()
     agents = AgentModels(
-        robots={"yard_1": LinkSpec()},
+        robots=lambda: {"yard_1": LinkSpec()},
         link=near,
         clock=ManualClock(),
         database=service.database,

@@ -121,7 +121,7 @@ class MissionServices:
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
         )
-        self.changes = WorldChanges(self.core, worlds=files, clocks=clocks, waiting=self.waiting)
+        self.changes = WorldChanges(self.core, worlds=files, clocks=clocks, waiting=self.waiting, tags=())
         self.reports = MissionReports(
             self.core, waiting=self.waiting, plausibility=plausibility, changes=self.changes
         )

@@ -191,6 +191,85 @@ def test_a_sample_that_a_robot_sees_is_known_by_its_report_and_what_was_believed
     assert (made["actor"], made["reason"]) == ("yard_1", "yard_1 saw sample_9 in door_1")
 
 
+HOME = {"name": "home_yard_3", "kind": "home", "at": [4, 0.6], "approach_deg": [90], "capacity": 0}
+ROBOT = {"name": "yard_3", "compartment": "yard", "start": [4, 1.4, -90], "home": "home_yard_3"}
+NEW_HOME = {"edit": "add_place", "place": HOME}
+NEW_ROBOT = {"edit": "add_robot", "robot": ROBOT}
+
+
+def test_a_robot_that_is_added_is_recruited_and_one_that_is_removed_is_not(
+    api: TestClient, follow: Follow
+) -> None:
+    changed(api, NEW_HOME, NEW_ROBOT)
+    known = facts(api)
+    assert known["near(yard_3, home_yard_3)"] == "operator administrator"
+    assert "reaches(yard_3, door_1)" in known
+    (robot,) = (one for one in api.get("/v1/robots").json()["items"] if one["id"] == "yard_3")
+    assert (robot["world"], "door_2" in robot["reach"]) == ("sample_store", True)
+    assert api.get("/v1/robots/yard_3/tuning").status_code == 200
+    changed(api, {"edit": "remove_robot", "name": "yard_1"}, {"edit": "remove_robot", "name": "yard_2"})
+    assert {one["id"] for one in api.get("/v1/robots").json()["items"]} == {"store_1", "store_2", "yard_3"}
+    assert not any("yard_1" in fact for fact in facts(api))
+    goal = follow(stated(api, "move sample_1 to bay_7"), "planned")
+    plan = api.get(f"/v1/plans/{goal['plan_id']}").json()
+    assert {robot for action in plan["actions"] for robot in action["agents"]} == {"yard_3", "store_2"}
+    mission = api.post(f"/v1/plans/{goal['plan_id']}:approve", json={}).json()["mission_id"]
+    refused = change(api, {"edit": "remove_robot", "name": "yard_3"})
+    assert (refused.status_code, refused.json()["type"]) == (409, "urn:macta:problem:needed-by-mission")
+    assert follow(f"/v1/missions/{mission}", "completed", "failed")["state"] == "completed"
+    api.post(f"{CHANGES}/2:undo").raise_for_status()
+    assert "near(yard_1, home_yard_1)" in facts(api)
+
+
+def test_a_place_is_added_moved_and_removed(api: TestClient, follow: Follow) -> None:
+    new = {"name": "bay_13", "kind": "bay", "at": [7.5, 4.4], "approach_deg": [180]}
+    changed(
+        api, {"edit": "add_place", "place": new}, {"edit": "move_place", "name": "bay_7", "at": [4.5, 5.0]}
+    )
+    assert "reaches(store_2, bay_13)" in facts(api)
+    assert "vacant(bay_13)" in facts(api)
+    goal = stated(api, "move sample_4 to bay_13")
+    plan = follow(goal, "planned")["plan_id"]
+    at = {place["name"]: place["at"] for place in api.get(WORLD).json()["layout"]["locations"]}
+    assert (at["bay_13"], at["bay_7"]) == ([7.5, 4.4], [4.5, 5.0])
+    changed(api, {"edit": "remove_place", "name": "bay_13"})
+    assert not any("bay_13" in fact for fact in facts(api))
+    assert api.post(f"/v1/plans/{plan}:approve", json={}).status_code == 409
+    for edition in (2, 1):
+        api.post(f"{CHANGES}/{edition}:undo").raise_for_status()
+    assert {place["name"] for place in api.get(WORLD).json()["layout"]["locations"]} == at.keys() - {"bay_13"}
+
+
+def test_a_robot_at_a_place_that_is_moved_stands_where_it_stood(api: TestClient) -> None:
+    changed(api, {"edit": "move_place", "name": "home_yard_1", "at": [0.6, 1.2]})
+    assert "near(yard_1, yard_1_spot)" in facts(api)
+    assert "near(yard_1, home_yard_1)" not in facts(api)
+
+
+@pytest.mark.parametrize(
+    ("edit", "code", "words"),
+    [
+        ({"edit": "remove_robot", "name": "fred"}, "unknown-robot", "unknown robot 'fred'"),
+        (NEW_ROBOT, "world-does-not-fit", "unknown location 'home_yard_3'"),
+        ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "repertoire": ["FLY"]}}, "unknown-tag", "'FLY'"),
+        ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "start": [1.4, 1.7, 0]}}, "world-does-not-fit", "yard_1"),
+        ({**NEW_ROBOT, "robot": ROBOT | {"name": "store_1"}}, "name-in-use", "the name store_1 is in use"),
+        ({"edit": "remove_place", "name": "door_1"}, "place-holds-sample", "sample_1 lies in door_1"),
+        ({"edit": "remove_place", "name": "home_yard_1"}, "place-is-home", "the home of yard_1"),
+        ({"edit": "move_place", "name": "bay_7", "at": [4.5, 6.6]}, "world-does-not-fit", "0.00 m from locations.bay_"),
+        ({"edit": "move_place", "name": "bay_7", "at": [40, 6.6]}, "world-does-not-fit", "lies in no compartment"),
+        ({"edit": "add_place", "place": HOME | {"name": "yard"}}, "name-in-use", "the name yard is in use"),
+    ],
+)  # fmt: skip
+def test_robots_and_places_that_do_not_fit_are_refused(
+    api: TestClient, edit: dict[str, Any], code: str, words: str
+) -> None:
+    refused = change(api, edit).json()
+    assert refused["type"] == f"urn:macta:problem:{code}", refused
+    assert refused["detail"].startswith("edits.0: ")
+    assert words in refused["detail"]
+
+
 def test_a_service_goes_on_with_the_changed_world_until_it_gets_another_file(
     tmp_path: Path, database_url: str, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
 ) -> None:

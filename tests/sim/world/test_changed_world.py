@@ -3,7 +3,18 @@
 from math import hypot
 
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose
-from robots.wire import WORLD, Message, Performative, WorldChange, WorldEdition
+from robots.wire import (
+    WORLD,
+    BehaviourPacket,
+    BehaviourScript,
+    Message,
+    Performative,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+    WorldChange,
+    WorldEdition,
+)
 from robots.world import Edition, Sample, WorldFile, load_world
 from sim.snapshot import WorldSnapshot
 from sim.world.agents import behavioural_agent
@@ -113,6 +124,61 @@ def test_what_a_robot_held_is_gone_from_its_jaws_with_the_sample() -> None:
     run_s(simulation, 0.1)
     assert "sample_1" not in simulation.truth().samples
     assert simulation.bodies["yard_1"].sense().gripper in (None, Gripper(closed=True, between_jaws=None))
+
+
+def test_a_robot_is_added_another_removed_and_a_place_moved_while_scripts_go_on() -> None:
+    simulation = simulated()
+    script = to_the_door("yard_1")
+    simulation.link.send(asked_of("yard_1", ScriptRequest(script=script)))
+    run_s(simulation, 1.0)
+    document = FILE.model_dump()
+    robots = [one for one in document["robots"] if one["name"] != "yard_2"]
+    new = {"name": "yard_3", "compartment": "yard", "start": [4, 1.4, -90]}
+    places = [one | {"at": (6.3, 0.4)} if one["name"] == "door_2" else one for one in document["locations"]]
+    changed_world = {**document, "robots": [*robots, new], "locations": places}
+    assert asked(simulation, 1, WorldFile.model_validate(changed_world)).edition == 1
+    assert simulation.truth().robots.keys() == {"yard_1", "yard_3", "store_1", "store_2"}
+    simulation.link.send(asked_of("yard_3", ScriptRequest(script=to_the_door("yard_3", "door_2"))))
+    ended: dict[str, ScriptState] = {}
+
+    def both_ended() -> bool:
+        for message in simulation.link.receive():
+            if isinstance(message.body, ScriptReport):
+                ended[message.sender] = message.body.state
+        return len(ended) == 2
+
+    simulation.run_until(both_ended, timeout_s=60)
+    assert ended == {"yard_1": ScriptState.FINISHED, "yard_3": ScriptState.FINISHED}
+    x_m, y_m = (simulation.truth().robots["yard_3"].x_m, simulation.truth().robots["yard_3"].y_m)
+    assert hypot(x_m - 6.3, y_m - 1.2) < 0.3  # before the door where it is now
+
+
+def asked_of(robot: str, body: ScriptRequest) -> Message:
+    return Message(
+        performative=Performative.REQUEST, sender="service", receiver=robot, sent_at_s=0.0, body=body
+    )
+
+
+def to_the_door(robot: str, place: str = "door_1") -> BehaviourScript:
+    """One packet: drive near a door."""
+    start = f"{robot}_spot" if robot == "yard_3" else f"home_{robot}"
+    packet = BehaviourPacket(
+        id="a1",
+        tag="NAVIGATE",
+        arguments={
+            "robots": robot,
+            "rel1": "near",
+            "ref1": start,
+            "rel2": "near",
+            "ref2": place,
+            "area": "yard",
+        },
+        expected_start_s=0.0,
+        expected_duration_s=20.0,
+        timeout_s=50.0,
+        wait_timeout_s=20.0,
+    )
+    return BehaviourScript(id=f"{robot}-script", mission_id="m", robot=robot, packets=(packet,))
 
 
 def test_a_delivery_arrives_once_its_place_is_free_and_its_robots_are_not_told() -> None:
