@@ -291,8 +291,16 @@ class WorldChanges:
                 )
 
     def _refuse_needed(self, session: Session, before: WorldFile, edited: EditedWorld) -> None:
-        """Refuse edits of what a running mission still needs."""
+        """Refuse edits of what a running mission still needs, and areas to keep out of with such a place."""
+        closed = edited.world.kept_out.keys() - before.kept_out.keys()
         for mission in self._core.reservations.of_world(session, before.name):
+            if needed := sorted(closed & mission.reservation.names):
+                raise Conflict(
+                    f"{edited.world.kept_out[needed[0]]}: mission {mission.mission_id} still needs "
+                    f"{', '.join(needed)}; cancel it, or wait for its end",
+                    code="needed-by-mission",
+                    thing=needed[0],
+                )
             for index, edit in enumerate(edited.made):
                 names = {berth for name in edit.touched for berth in (name, *berths_of(name, before))}
                 if needed := sorted(names & mission.reservation.names):

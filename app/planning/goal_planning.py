@@ -110,7 +110,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             self._waiting.look_again(session, goal)
         else:
-            constraints = GoalTerms.from_json(goal.terms).constraints
+            constraints = task.problem.constraints
             self._unsolvable(session, goal, result.status, constraints.explaining(result.why))
 
     def give_up(self, session: Session, subject: GoalRow, reason: str) -> None:

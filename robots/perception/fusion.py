@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robots.perception.health import Defect
+from robots.perception.keep_out import BORDER_RADIUS_M, Borders
 from robots.perception.localisation import Localiser
 from robots.perception.obstacles import NO_OBSTACLE, ROBOT, ObstacleCollector, Obstacles
 from robots.perception.percepts import LOCATING, REMEMBERED_S, Percepts
@@ -40,6 +41,7 @@ class Perception:
         self._profile = profile
         self.localiser = Localiser(profile.start, profile.beacons)
         self._tracking = ObjectTracking()
+        self._borders = Borders(profile.keep_out)
         self._bump: Bump | None = None
         self._in_view: Sightings | None = None
         self._looked_s = 0.0
@@ -129,11 +131,14 @@ class Perception:
             self._measured = (things.names, held)
             self._lengths_m = np.array([self._length_m(name, held) for name in things.names], np.float64)
         ranges_m = data.values.get(Sensor.ULTRASONIC)
-        collector = ObstacleCollector(things.read, self._lengths_m, 0 if ranges_m is None else len(ranges_m))
+        more = 0 if ranges_m is None else len(ranges_m) + self._borders.count
+        collector = ObstacleCollector(things.read, self._lengths_m, more)
         solid = collector.collected()
         if ranges_m is None:
             return solid, None
         collector.add_hits(ranges_m, self._profile.whisker_least_m)
+        for at in self._borders.near(pose):
+            collector.add(at, BORDER_RADIUS_M)
         if self._bump is not None and now_s - self._bump.felt_s <= REMEMBERED_S:
             # NOTE: it may be below the whiskers' plane.
             collector.add(to_robot(pose, self._bump.at), BUMP_RADIUS_M)

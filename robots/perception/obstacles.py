@@ -80,15 +80,15 @@ class Obstacles:
 class ObstacleCollector:
     """Collects the obstacles of one tick from the bodies in view, the whiskers and the bumper."""
 
-    def __init__(self, things: Floats, lengths_m: Floats, whiskers: int) -> None:
+    def __init__(self, things: Floats, lengths_m: Floats, more: int) -> None:
         """Begin with the bodies in view.
 
         :param things: shape (N, 3): range, bearing and aspect of each body in view, as in `Sightings.read`.
         :param lengths_m: shape (N,): an object's length, 0 for a compact sample, or `ROBOT` or `NO_OBSTACLE`.
-        :param whiskers: number of whiskers.
+        :param more: the most hits of whiskers and other discs to be added, besides the bumper's.
         """
         # NOTE: allocated for the largest number of discs; bodies come first, so that `collected` need not copy.
-        capacity = len(LONG_OBJECT_DISC_SHARES) * len(things) + whiskers + 1
+        capacity = len(LONG_OBJECT_DISC_SHARES) * len(things) + more + 1
         self._at = np.empty(capacity, np.complex128)
         self._radii_m = np.empty(capacity)
         self._robots = np.empty(capacity, np.bool_)
@@ -105,7 +105,7 @@ class ObstacleCollector:
         self._count = _put_hits(ranges_m, min_range_m, RADIUS_M, *columns, self._count)
 
     def add(self, at: complex, radius_m: float) -> None:
-        """Add an obstacle that is not a robot; there is room for one, the bumper's."""
+        """Add an obstacle that is not a robot."""
         self._at[self._count] = at
         self._radii_m[self._count] = radius_m
         self._robots[self._count] = False

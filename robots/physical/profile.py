@@ -59,6 +59,8 @@ class RobotProfile:
     lengths_m: Mapping[str, float] = field(default_factory=dict)
     round_trip_s: float = 0.0
     samples: frozenset[str] | None = None
+    keep_out: tuple[tuple[float, float, float, float], ...] = ()
+    """Areas that it does not enter: least x, greatest x, least y, greatest y, metres, world frame."""
     places: Mapping[str, BeaconSpec] = field(init=False)
     fellows: frozenset[str] = field(init=False)
     """`others` as a set."""

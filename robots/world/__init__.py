@@ -8,6 +8,7 @@ from robots.world.load import WorldFileError, load_world, named_worlds, shipped_
 from robots.world.parts import (
     Compartment,
     Delivery,
+    KeepOut,
     Location,
     Obstacle,
     Opening,
@@ -23,6 +24,7 @@ __all__ = [
     "Contact",
     "Delivery",
     "Edition",
+    "KeepOut",
     "LinkSpec",
     "Location",
     "Obstacle",

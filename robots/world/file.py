@@ -17,6 +17,7 @@ from robots.world.parts import (
     Aisle,
     Compartment,
     Delivery,
+    KeepOut,
     Location,
     Name,
     Obstacle,
@@ -40,6 +41,7 @@ class WorldFile(Checked):
     compartments: tuple[Compartment, ...] = Field(min_length=1)
     walls: tuple[Wall, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
+    keep_out: tuple[KeepOut, ...] = ()
     locations: tuple[Location, ...] = Field(min_length=1)
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
     samples: tuple[Sample, ...] = ()
@@ -73,6 +75,16 @@ class WorldFile(Checked):
     def location_of(self) -> Mapping[str, str]:
         """Place → the location that it is or is a berth of."""
         return {place.name: name for name, row in self.places_by_location.items() for place in row}
+
+    @cached_property
+    def kept_out(self) -> Mapping[str, str]:
+        """Place in an area that robots stay out of → the area."""
+        return {
+            place.name: area.name
+            for area in self.keep_out
+            for place in self.places
+            if area.contains(place.at)
+        }
 
     @cached_property
     def initial_places(self) -> Mapping[str, str]:
@@ -140,6 +152,7 @@ class WorldFile(Checked):
             self.compartments,
             aisles,
             self.obstacles,
+            self.keep_out,
             self.locations,
             self.robots,
             self.samples,

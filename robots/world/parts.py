@@ -171,6 +171,28 @@ class Obstacle(Checked):
     jitter_m: float = Field(default=0.0, ge=0, le=2)
 
 
+class KeepOut(Checked):
+    """An area that robots stay out of and where nothing is put or taken, x and y intervals in metres.
+
+    Robots know it: its border is an obstacle to them. One that is inside may leave.
+    """
+
+    name: Name
+    x: Interval
+    y: Interval
+
+    @field_validator("x", "y")
+    @classmethod
+    def _is_interval(cls, interval: Interval) -> Interval:
+        if interval[0] >= interval[1]:
+            raise ValueError(f"an interval goes from the smaller to the greater number, not {interval}")
+        return interval
+
+    def contains(self, point: Point) -> bool:
+        """True inside or on the border."""
+        return self.x[0] <= point[0] <= self.x[1] and self.y[0] <= point[1] <= self.y[1]
+
+
 class WorldFact(Checked):
     """An extra initial fact, in rel/ref form."""
 

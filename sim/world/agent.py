@@ -8,7 +8,7 @@ from robots.clock import Clock
 from robots.executive.memory import RobotMemory
 from robots.link import Link
 from robots.physical.body import Body, Pose
-from robots.world import Location, RobotSpec
+from robots.world import KeepOut, Location, RobotSpec
 
 
 class Agent(Protocol):
@@ -27,14 +27,15 @@ class HasMemory(Protocol):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSetup:
     """What an agent is made with: its spec, the locations of its reach, the names of the other robots and of the known
-    samples, the lengths of long ones, the pose it is told, its radio's round trip, its interfaces, and the memory it
-    resumes with.
+    samples, the areas to keep out of, the lengths of long samples, the pose it is told, its radio's round trip, its
+    interfaces, and the memory it resumes with.
     """
 
     spec: RobotSpec
     reach: tuple[Location, ...]
     others: tuple[str, ...]
     samples: frozenset[str]
+    keep_out: tuple[KeepOut, ...]
     lengths_m: Mapping[str, float]
     told: Pose
     round_trip_s: float

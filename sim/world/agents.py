@@ -53,6 +53,7 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         sensors=ALL_SENSORS | {sensor.kind for sensor in spec.sensors if sensor.takes_images},
         whisker_least_m=spec.whisker_least_m,
         samples=setup.samples,
+        keep_out=tuple((*area.x, *area.y) for area in setup.keep_out),
         lengths_m=setup.lengths_m,
         round_trip_s=setup.round_trip_s,
     )

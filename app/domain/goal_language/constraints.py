@@ -76,17 +76,14 @@ class Constraints(BaseModel):
         )
         return tuple(f"{said} {joined(names, last='and')}" for said, names in parts if names)
 
-    def explaining(self, reason: str) -> str:
-        """A reason why there is no plan, with the constraints under which it holds."""
-        words = joined(self.words, last="and") if self.words else ""
-        return reason if not words or reason.endswith(words) else f"{reason}, {words}"
-
     def in_world(self, world: WorldFile) -> "AppliedConstraints":
-        """The constraints on the robots and places of this world."""
+        """The constraints on the robots and places of this world, and those of its areas to keep out of."""
+        areas = tuple(area.name for area in world.keep_out)
         return AppliedConstraints(
             excluded=frozenset(robot.name for robot in world.robots if not self._allows(robot.name)),
-            avoided=_places(self.avoid, world),
+            avoided=_places(self.avoid, world).union(world.kept_out),
             kept_empty=_places(self.keep_empty, world),
+            words=(*self.words, *((f"keeping out of {joined(areas, last='and')}",) if areas else ())),
         )
 
     def stages_of(self, goals: Sequence[Fact]) -> dict[Fact, int]:
@@ -102,13 +99,22 @@ UNCONSTRAINED = Constraints()
 
 
 class AppliedConstraints(BaseModel):
-    """Constraints by the names of a world: robots that do not act, places (berths, not locations) not to be used."""
+    """Constraints by the names of a world: robots that do not act, places (berths, not locations) not to be used.
+
+    :param words: each constraint in words.
+    """
 
     model_config = ConfigDict(frozen=True, ignored_types=(cached_property,))
 
     excluded: frozenset[str] = frozenset()
     avoided: frozenset[str] = frozenset()
     kept_empty: frozenset[str] = frozenset()
+    words: tuple[str, ...] = ()
+
+    def explaining(self, reason: str) -> str:
+        """A reason why there is no plan, with the constraints under which it holds."""
+        words = joined(self.words, last="and") if self.words else ""
+        return reason if not words or reason.endswith(words) else f"{reason}, {words}"
 
     @cached_property
     def withheld(self) -> Reservation:
@@ -211,12 +217,12 @@ def _contradictions(
         named = {place, *berths_of(place, world)} if place in world.places_by_location else {place}
         targets = named - {place} or named
         if targets <= applied.avoided:
-            yield _contradicted(f"{goal} is at {place}, which is to be avoided", place)
+            yield _contradicted(f"{goal} is at {place}, which {_why_avoided(targets, world)}", place)
         if goal.predicate == IN and targets <= applied.kept_empty:
             yield _contradicted(f"{goal} fills {place}, which is to be kept empty", place)
         lies = place_of(subject, facts) if goal.predicate == IN else None
         if lies is not None and lies in applied.avoided and lies not in named:
-            yield _contradicted(f"{subject} lies in {lies}, which is to be avoided", lies)
+            yield _contradicted(f"{subject} lies in {lies}, which {_why_avoided({lies}, world)}", lies)
     for place in sorted(applied.kept_empty, key=natural_key):
         if there := remaining_samples(place, goals, world, facts):
             yield GoalIssue(
@@ -225,6 +231,11 @@ def _contradictions(
                 detail=f"{place} is to be kept empty, but {joined(there, last='and')} lies there",
                 thing=place,
             )
+
+
+def _why_avoided(places: Iterable[str], world: WorldFile) -> str:
+    areas = sorted({world.kept_out[place] for place in places if place in world.kept_out})
+    return f"is in {areas[0]}, an area to keep out of" if areas else "is to be avoided"
 
 
 def _stands(robot: str, goal: SymbolicFact, facts: Facts) -> bool:

@@ -31,7 +31,7 @@ from app.domain.world_model.initial import initial_facts
 from app.domain.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.data import Checked
-from robots.world import Location, RobotSpec, Sample, WorldFile
+from robots.world import KeepOut, Location, RobotSpec, Sample, WorldFile
 
 Part = TypeVar("Part")
 STRUCTURAL = frozenset({CAN, IN_AREA, OWN_SPOT, REACHES})
@@ -241,8 +241,54 @@ class RemovePlace(WorldEdit):
         return Edited(without, self, AddPlace(place=place))
 
 
+class AddKeepOut(WorldEdit):
+    """An area that robots stay out of from now on; one that is inside may leave."""
+
+    edit: Literal["add_keep_out"] = "add_keep_out"
+    area: KeepOut
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset()
+
+    def __str__(self) -> str:
+        return f"closed {self.area.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        _refuse_name_in_use(self.area.name, world)
+        areas = (*world.keep_out, self.area)
+        return Edited(changed(world, keep_out=areas), self, RemoveKeepOut(name=self.area.name))
+
+
+class RemoveKeepOut(WorldEdit):
+    """Robots may enter an area again."""
+
+    edit: Literal["remove_keep_out"] = "remove_keep_out"
+    name: str
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset()
+
+    def __str__(self) -> str:
+        return f"opened {self.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        area = _known("area to keep out of", self.name, {one.name: one for one in world.keep_out})
+        areas = tuple(one for one in world.keep_out if one.name != self.name)
+        return Edited(changed(world, keep_out=areas), self, AddKeepOut(area=area))
+
+
 AnyEdit = Annotated[
-    AddSample | RemoveSample | AddRobot | RemoveRobot | AddPlace | MovePlace | RemovePlace,
+    AddSample
+    | RemoveSample
+    | AddRobot
+    | RemoveRobot
+    | AddPlace
+    | MovePlace
+    | RemovePlace
+    | AddKeepOut
+    | RemoveKeepOut,
     Field(discriminator="edit"),
 ]
 
@@ -335,6 +381,7 @@ def _refuse_name_in_use(name: str, world: WorldFile) -> None:
         world.compartments,
         aisles,
         world.obstacles,
+        world.keep_out,
         world.locations,
         world.places,
         world.robots,
