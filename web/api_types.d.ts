@@ -39,6 +39,7 @@ interface WorldLayout {
   walls?: Wall[];
   locations?: Place[];
   obstacles?: { at: Point; radius_m: number }[];
+  slopes?: Floor[];
   robots: { name: string; body: { kind: string } }[];
   link?: unknown;
 }

@@ -86,6 +86,7 @@ class Layout(ApiModel):
     robots: tuple[RobotStart, ...] = ()
     samples: tuple[Sample, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
+    slopes: tuple[Floor, ...] = ()
 
     @property
     def berths(self) -> frozenset[str]:

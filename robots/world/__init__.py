@@ -14,6 +14,7 @@ from robots.world.parts import (
     Opening,
     RobotSpec,
     Sample,
+    Slope,
     Wall,
     WorldFact,
 )
@@ -32,6 +33,7 @@ __all__ = [
     "Outage",
     "RobotSpec",
     "Sample",
+    "Slope",
     "StoreShape",
     "StoreShapeError",
     "Wall",

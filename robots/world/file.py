@@ -24,10 +24,12 @@ from robots.world.parts import (
     Point,
     RobotSpec,
     Sample,
+    Slope,
     Wall,
     WorldFact,
 )
 from robots.world.radio import LinkSpec
+from robots.world.slopes import overlapping
 from robots.world.walls import WALL_THICKNESS_M, panels_of, solid_pieces
 
 ROBOT_WIDTH_M = 0.44
@@ -42,6 +44,7 @@ class WorldFile(Checked):
     walls: tuple[Wall, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     keep_out: tuple[KeepOut, ...] = ()
+    slopes: tuple[Slope, ...] = ()
     locations: tuple[Location, ...] = Field(min_length=1)
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
     samples: tuple[Sample, ...] = ()
@@ -153,6 +156,7 @@ class WorldFile(Checked):
             aisles,
             self.obstacles,
             self.keep_out,
+            self.slopes,
             self.locations,
             self.robots,
             self.samples,
@@ -162,6 +166,9 @@ class WorldFile(Checked):
         _unique(names)
         self._check_building()
         self._check_obstacles()
+        if (pair := overlapping(self.slopes)) is not None:
+            first, second = (slope.name for slope in pair)
+            raise ValueError(f"slopes.{second} overlaps slopes.{first}; a point is on one slope at most")
         locations = {location.name: location for location in self.locations}
         for robot in self.robots:
             self._check_robot(robot, locations)

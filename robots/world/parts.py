@@ -171,26 +171,36 @@ class Obstacle(Checked):
     jitter_m: float = Field(default=0.0, ge=0, le=2)
 
 
-class KeepOut(Checked):
-    """An area that robots stay out of and where nothing is put or taken, x and y intervals in metres.
-
-    Robots know it: its border is an obstacle to them. One that is inside may leave.
-    """
+class Rectangle(Checked):
+    """A rectangle of the floor, x and y intervals in metres."""
 
     name: Name
     x: Interval
     y: Interval
 
-    @field_validator("x", "y")
-    @classmethod
-    def _is_interval(cls, interval: Interval) -> Interval:
-        if interval[0] >= interval[1]:
-            raise ValueError(f"an interval goes from the smaller to the greater number, not {interval}")
-        return interval
-
     def contains(self, point: Point) -> bool:
         """True inside or on the border."""
         return self.x[0] <= point[0] <= self.x[1] and self.y[0] <= point[1] <= self.y[1]
+
+    @model_validator(mode="after")
+    def _has_an_extent(self) -> Self:
+        for axis, (low, high) in (("x", self.x), ("y", self.y)):
+            if high <= low:
+                raise ValueError(f"{axis}: {high:g} must be greater than {low:g}")
+        return self
+
+
+class KeepOut(Rectangle):
+    """An area that robots stay out of and where nothing is put or taken.
+
+    Robots know it: its border is an obstacle to them. One that is inside may leave.
+    """
+
+
+class Slope(Rectangle):
+    """Sloping ground; robots drive on it at `pace`, a share of their speed. It is on no robot's map."""
+
+    pace: float = Field(ge=0.1, le=1)
 
 
 class WorldFact(Checked):

@@ -86,10 +86,13 @@ class SimulatedBody(ABC):
         self.restore_drive(state.drive)
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
-        """Take a command, and hold it until the next; with an empty battery the command is to stop."""
+        """Take a command, and hold it until the next; with an empty battery the command is to stop.
+
+        On a slope the body drives at a share of the commanded speed.
+        """
         powered = self.battery.level > 0
         self._command = (
-            clip(linear_m_s, self.spec.speed_m_s * powered),
+            clip(linear_m_s, self.spec.speed_m_s * powered) * self._scene.pace(self.spec.name),
             clip(angular_rad_s, self.spec.turn_rad_s * powered),
         )
 

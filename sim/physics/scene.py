@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robots.physical.body import Pose
+from robots.world import Slope
+from robots.world.slopes import pace_at
 from robots.world.walls import WALL_THICKNESS_M, Panel
 from sim.clock import TICK_S
 from sim.physics import bullet
@@ -89,8 +91,13 @@ class Scene:
     """One PyBullet world without a window. Bodies are known by their names in the world file."""
 
     def __init__(
-        self, panels: Sequence[Panel], rovers: Mapping[str, Pose], samples: Mapping[str, Placed]
+        self,
+        panels: Sequence[Panel],
+        rovers: Mapping[str, Pose],
+        samples: Mapping[str, Placed],
+        slopes: Sequence[Slope] = (),
     ) -> None:
+        self._slopes = tuple(slopes)
         self.client: int = pybullet.connect(pybullet.DIRECT)
         # The engine keeps about 30 MB per world, also for one that is dropped without being closed.
         self._disconnect = finalize(self, pybullet.disconnect, self.client)
@@ -126,6 +133,13 @@ class Scene:
         """A rover's true pose."""
         x, y, _, heading = self._poses.of(self._rovers[rover])
         return Pose(x_m=x, y_m=y, heading_rad=heading)
+
+    def pace(self, rover: str) -> float:
+        """The share of its speed at which the ground under a rover lets it drive."""
+        if not self._slopes:
+            return 1.0
+        here = self.pose(rover)
+        return pace_at((here.x_m, here.y_m), self._slopes)
 
     def sample_point(self, sample: str) -> Point3:
         """A sample's true middle."""

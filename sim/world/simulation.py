@@ -97,7 +97,7 @@ class Simulation:
             if snapshot
             else Placement.draw(world, panels, placement_rng, self._jitter_m)
         )
-        self.scene = Scene(panels, self._placement.rovers, self._placement.samples)
+        self.scene = Scene(panels, self._placement.rovers, self._placement.samples, world.slopes)
         for rock in self._placement.rocks:
             self.scene.put_rock(rock)
         for place in world.places:

@@ -31,6 +31,8 @@ def draw_building(scene: viser.SceneApi, layout: Layout, theme: palette.Theme) -
         _draw_floor(scene, f"/{compartment.name}/floor", compartment, theme.floors[index % 2], 0.0)
         for number, aisle in enumerate(compartment.aisles):
             _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, theme.aisles[number % 2], 0.004)
+    for slope in layout.slopes:
+        _draw_floor(scene, f"/slopes/{slope.name}", slope, theme.slope, 0.006)
     _draw_walls(scene, layout.walls)
     _draw_obstacles(scene, layout.obstacles)
     if layout.locations:

@@ -2,12 +2,12 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from math import dist
 
 from app.domain.world_model.beliefs import OBJECT_POSITION, OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
 from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
 from planner import Fact, KnowledgeBase, PlanningProblem
-from robots.world import WorldFile
+from robots.world import Slope, WorldFile
+from robots.world.slopes import level_way_m
 
 ROBOT = "robot"
 LOCATION = "location"
@@ -57,7 +57,7 @@ def planning_problem(
         ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
     }
     # Distances come from all facts, for a robot may drive off a reserved place.
-    functions |= _distances(_points(world, spots or {}), _ways(facts))
+    functions |= _distances(_points(world, spots or {}), _ways(facts), world.slopes)
     unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
     return PlanningProblem(
         objects={name: kind for name, kind in objects.items() if name not in unused},
@@ -89,13 +89,13 @@ def _ways(facts: Facts) -> Mapping[str, set[str]]:
 
 
 def _distances(
-    points: Mapping[str, Point], ways: Mapping[str, set[str]]
+    points: Mapping[str, Point], ways: Mapping[str, set[str]], slopes: Sequence[Slope]
 ) -> dict[tuple[str, tuple[str, ...]], float]:
-    """The straight distances in metres, both ways."""
+    """The straight distances in metres of level ground, both ways: slopes count by the time that they take."""
     distances: dict[tuple[str, tuple[str, ...]], float] = {}
     for one in sorted(ways.keys() & points.keys()):
         for other in sorted(ways[one] & points.keys()):
             if one < other:
-                distance_m = round(dist(points[one], points[other]), 3)
+                distance_m = round(level_way_m(points[one], points[other], slopes), 3)
                 distances["distance_m", (one, other)] = distances["distance_m", (other, one)] = distance_m
     return distances

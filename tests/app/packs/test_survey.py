@@ -99,7 +99,7 @@ def test_what_a_packet_claims_of_a_place_counts_only_if_its_robot_stands_there()
 def test_the_body_and_the_place_decide_which_packet_drives_there(
     sentence: str, tag: str, because: list[str]
 ) -> None:
-    (packet,) = mission(sentence).scripts[0].packets
+    packet = mission(sentence).scripts[0].packets[-1]
     assert (packet.tag, [str(fact) for fact in packet.because]) == (tag, because)
     assert packet.instead_of == {"GO_TO": ("CREEP_TO",), "CREEP_TO": ("GO_TO",)}[tag][: "rover_1" in sentence]
 
@@ -151,3 +151,12 @@ def test_a_scan_brings_what_stands_about_as_a_reading() -> None:
     assert isinstance(reading, ReadingResult)
     assert (reading.name, reading.of) == ("clutter", "crater_1")
     assert 0 <= reading.value <= 1
+
+
+def test_a_way_round_a_slope_is_planned_where_it_is_quicker() -> None:
+    """The straight way to crater_2 leads over slope_1, that to site_2 does not."""
+    actions = {
+        goal: [action.arguments["ref2"] for action in mission(f"have rover_4 go to {goal}").plan_net.actions]
+        for goal in ("crater_2", "site_2")
+    }
+    assert actions == {"crater_2": ["site_2", "crater_2"], "site_2": ["site_2"]}

@@ -23,7 +23,7 @@ export function createDrawing() {
   let places = new Map();
 
   /** @param {WorldLayout} layout */
-  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [] }) {
+  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [], slopes = [] }) {
     const left = Math.min(...floors.map((floor) => floor.x[0])) - MARGIN_M;
     const top = Math.max(...floors.map((floor) => floor.y[1])) + MARGIN_M;
     width = Math.max(...floors.map((floor) => floor.x[1])) + MARGIN_M - left;
@@ -38,6 +38,7 @@ export function createDrawing() {
       { viewBox: `${left} ${-top} ${width} ${height}`, class: "map-drawing", role: "group", "aria-label": "The world from above" },
       floors.map((floor) => rectangle(floor, "floor")),
       floors.flatMap((floor) => (floor.aisles ?? []).map((aisle) => rectangle(aisle, "aisle"))),
+      slopes.map((slope) => rectangle(slope, "slope")),
       locations.map(placeMark),
       walls.map(wall),
       obstacles.map((rock) => svg("circle", { cx: rock.at[0], cy: -rock.at[1], r: rock.radius_m, class: "rock" })),

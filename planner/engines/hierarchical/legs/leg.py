@@ -6,8 +6,10 @@ starts it. An agent's *configuration* is the set of fluent facts that name it, n
 which are moved or worked on (objects that no static fact or function names).
 """
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -17,6 +19,8 @@ from planner.problem.robot_classes import AgentClasses
 from planner.problem.static_facts import StaticFacts
 
 Configuration = frozenset[Fact]
+SHORTER = 0.01
+"""Of a distance: less is rounding."""
 
 
 class ClassifiedProblem:
@@ -33,6 +37,21 @@ class ClassifiedProblem:
         self.statics = statics.facts
         self.things = statics.things
         self._is_configuration: dict[Fact, bool] = {}
+
+    @cached_property
+    def detours_pay(self) -> bool:
+        """True if it is nearer somewhere to go by a third place: the distances are not all those of straight ways."""
+        functions = self.problem.functions
+        pairs = {(name, args): value for (name, args), value in functions.items() if len(args) == 2}
+        after: dict[tuple[str, str], list[tuple[str, float]]] = defaultdict(list)
+        for (name, (one, other)), value in pairs.items():
+            after[name, one].append((other, value))
+        return any(
+            value + way < pairs.get((name, (one, end)), 0.0) - SHORTER
+            for (name, (one, other)), value in pairs.items()
+            for end, way in after[name, other]
+            if end != one
+        )
 
     def agents_of(self, fact: Fact) -> frozenset[str]:
         return self.agents.intersection(fact.args)

@@ -73,6 +73,7 @@ class Setups:
             ]
             for op in self._operators
         }
+        self._detours_pay = classified.detours_pay
         self._made: dict[Fact, bool] = {}
         self._achievers_of: dict[Fact, Sequence[tuple[Operator, Binding]]] = {}
         self._ways: dict[tuple[Configuration, Configuration], Way | None] = {}
@@ -85,9 +86,11 @@ class Setups:
             return Way(actions=(), end=start)
         if (start, need) not in self._ways:
             possible = all(self._is_made(fact) for fact in need - start)
-            self._ways[start, need] = (
-                self._direct(start, need) or self._search(start, need) if possible else None
-            )
+            direct = self._direct(start, need) if possible else None
+            if possible and (direct is None or self._detours_pay):
+                self._ways[start, need] = self._search(start, need) or direct
+            else:
+                self._ways[start, need] = direct
         return self._ways[start, need]
 
     def steps(self, start: Configuration) -> tuple[Way, ...]:
