@@ -274,6 +274,8 @@ class MissionReports:
     def _packet(self, session: Session, report: PacketReport, subject: _Subject) -> None:
         script = subject.script
         mission = subject.mission
+        if report.packet_id not in packets_of(script):
+            return
         keep_results(session, self._events, report, script, mission)
         known = dict(script.packets.get(report.packet_id, {}))
         if known.get("state") in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):

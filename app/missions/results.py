@@ -1,22 +1,34 @@
 """What packets bring beside their effects, kept with the mission: images and readings."""
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.domain.events import ResultReceived
 from app.domain.ids import new_id
 from app.store import MissionRow, ResultRow, ScriptRow
 from app.store.event_log import EventLog
-from robots.wire import ImageResult, PacketReport
+from robots.wire import ImageResult, PacketReport, PacketState
 
 
 def keep_results(
     session: Session, events: EventLog, report: PacketReport, script: ScriptRow, mission: MissionRow
 ) -> None:
-    """Record the results of a packet's report, each with its event."""
+    """Record the results of a finished packet's first report, each with its event.
+
+    A robot that resumes from a snapshot may end a packet again, and report other results of it: they do not count.
+    """
+    if report.state is not PacketState.FINISHED or not report.results:
+        return
+    known = select(ResultRow.id).where(
+        ResultRow.script_id == script.id, ResultRow.packet_id == report.packet_id
+    )
+    if session.scalar(known.limit(1)) is not None:
+        return
     mission.results += len(report.results)
-    for result in report.results:
+    ids = sorted(new_id("result") for _ in report.results)  # they are listed by time and id
+    for result_id, result in zip(ids, report.results, strict=True):
         row = ResultRow(
-            id=new_id("result"),
+            id=result_id,
             mission_id=mission.id,
             script_id=script.id,
             packet_id=report.packet_id,

@@ -208,30 +208,37 @@ def test_a_report_among_others_that_is_implausible_is_held_back_alone(mission: M
     assert mission.known("store_2", 0)["state"] == "running"
 
 
-def test_results_are_kept_once_and_not_with_the_message(mission: Mission) -> None:
+def test_results_of_a_packets_end_are_kept_once_in_order_and_not_with_the_message(mission: Mission) -> None:
     taken = ImageResult(name="camera", of="bay_7", media_type="image/png", data=PNG)
-    read = ReadingResult(name="light_lx", of="bay_7", value=412.0, unit="lx")
+    read = [ReadingResult(name="light_lx", of="bay_7", value=v, unit="lx") for v in (410.0, 411.0, 412.0)]
     script = mission.script("yard_1")
     packet_id = script.body["packets"][0]["id"]
     report = PacketReport(
-        script_id=script.id, packet_id=packet_id, state=PacketState.FINISHED, at_s=9.0, results=(taken, read)
+        script_id=script.id, packet_id=packet_id, state=PacketState.FINISHED, at_s=9.0, results=(*read, taken)
     )
     said = mission.message(script, report)
     mission.report("yard_1", 0, PacketState.FINISHED, 9.0)  # of the same end, without what it brought
     assert mission.services.record(said)
     assert not mission.services.record(said)
+    for again in (
+        report,  # in another message, of a robot that has ended the packet once more
+        report.model_copy(update={"state": PacketState.RUNNING}),
+        report.model_copy(update={"packet_id": "unknown"}),
+    ):
+        assert mission.services.record(mission.message(script, again))
     rows = mission.services.missions.results(mission.id)
-    assert {(row.kind, row.of, row.robot, row.packet_id, row.value) for row in rows} == {
+    assert [(row.kind, row.of, row.robot, row.packet_id, row.value) for row in rows] == [
+        *(("reading", "bay_7", "yard_1", packet_id, value) for value in (410.0, 411.0, 412.0)),
         ("image", "bay_7", "yard_1", packet_id, None),
-        ("reading", "bay_7", "yard_1", packet_id, 412.0),
-    }
-    image = next(row for row in rows if row.kind == "image")
+    ]
+    assert mission.services.mission(mission.id).results == len(rows)
+    image = rows[-1]
     assert mission.services.missions.result(mission.id, image.id).content == PNG
     with pytest.raises(NotFound):
         mission.services.missions.result(mission.id, "result-unknown")
     stored = mission.services.read(lambda session: session.get_one(MessageRow, said.id))
-    assert [one["kind"] for one in stored.body["body"]["results"]] == ["image", "reading"]
-    assert "data" not in stored.body["body"]["results"][0]
+    assert [one["kind"] for one in stored.body["body"]["results"]] == ["reading"] * 3 + ["image"]
+    assert "data" not in stored.body["body"]["results"][-1]
 
 
 def test_the_goal_is_committed_while_its_mission_runs(mission: Mission) -> None:
