@@ -126,7 +126,7 @@ class McapWriter:
         self._protobuf(TRANSFORMS, FrameTransforms(transforms=transforms), at_s)
 
     def write_result(self, body: Mapping[str, Any], content: bytes | None, at_s: float) -> None:
-        """Write a result as the API has it.
+        """Write a result as the API has it, and after it its image.
 
         :param content: an image's; None of a reading.
         """
@@ -138,7 +138,7 @@ class McapWriter:
                 data=content,
                 format=body["media_type"].partition("/")[2],
             )
-            self._protobuf(image_topic(body), image, at_s)
+            self._protobuf(f"{IMAGES}{body['robot']}/{body['name']}", image, at_s)
 
     def write_json(self, topic: str, body: Any, at_s: float) -> None:
         """Write a body of the API."""
@@ -169,11 +169,6 @@ class McapWriter:
         self._writer.add_message(
             channel, log_time=int(at_s * NANO), data=data, publish_time=int(self._wall.epoch_s() * NANO)
         )
-
-
-def image_topic(body: Mapping[str, Any]) -> str:
-    """The topic of a result's image."""
-    return f"{IMAGES}{body['robot']}/{body['name']}"
 
 
 def _placed(name: str, frame: str, x_m: float, y_m: float, heading_rad: float, at_s: float) -> FrameTransform:

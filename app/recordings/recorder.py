@@ -159,11 +159,13 @@ class Recorder:
                     recording.write_samples(samples, self._clock_map.now_s(world))
 
     def _write_event(self, recording: MissionRecording, row: EventRow) -> None:
-        """Write an event, and the result that it tells of."""
-        recording.write_event(envelope(row), self._clock_map.at_s(recording.world, row.time))
+        """Write an event, after the result that it tells of: a killed process's successor goes on after the last event
+        that was written.
+        """
         result = self._missions.result(row.data["result"]) if row.type == ResultReceived.TYPE else None
         if result is not None:
             recording.writer.write_result(self._bodies.result(result), result.content, result.at_s)
+        recording.write_event(envelope(row), self._clock_map.at_s(recording.world, row.time))
 
     def _records(self, ids: Collection[str]) -> list[MissionRecord]:
         """The records of those missions that this process has to record."""

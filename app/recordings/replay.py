@@ -21,7 +21,6 @@ from app.recordings.mcap_writer import (
     SAMPLES,
     SCRIPT,
     WORLD,
-    image_topic,
 )
 from app.recordings.recording_store import Entry
 
@@ -57,8 +56,9 @@ class Replay:
 def replay_of(entries: Iterable[Entry]) -> Replay:
     replay = Replay()
     by_id = {PLAN: replay.plans, SCRIPT: replay.scripts}
-    images: dict[tuple[str, float], bytes] = {}
-    for topic, body, at_s in _entries(entries, images):
+    results: dict[str, dict[str, Any]] = {}  # a process that goes on after a killed one may repeat the last
+    result: dict[str, Any] = {}
+    for topic, body, at_s in _entries(entries):
         if topic.startswith(ROBOTS):
             _add_robot(replay, topic.removeprefix(ROBOTS), body, at_s)
         elif topic == EVENTS:
@@ -68,35 +68,32 @@ def replay_of(entries: Iterable[Entry]) -> Replay:
         elif topic == SAMPLES:
             replay.samples.append({"at_s": at_s, "lying": body})
         elif topic == RESULTS:
-            replay.results.append({**body, "at_s": at_s})
+            result = results[body["id"]] = {**body, "at_s": at_s}
+        elif topic.startswith(IMAGES):  # follows its result
+            result["image"] = f"data:{result['media_type']};base64,{b64encode(body).decode()}"
         elif topic in by_id:
             by_id[topic][body["id"]] = body
         elif topic == GOAL:
             replay.goal = body
         elif topic == WORLD:
             replay.world = body
-    for result in replay.results:
-        content = images.get((image_topic(result), result["at_s"]))
-        if content is not None:
-            result["image"] = f"data:{result['media_type']};base64,{b64encode(content).decode()}"
+    replay.results.extend(results.values())
     return replay
 
 
 def last_event(entries: Iterable[Entry]) -> int:
     """The number of the newest event in a recording; 0 without one."""
-    return max((body["seq"] for topic, body, _ in _entries(entries, {}) if topic == EVENTS), default=0)
+    return max((body["seq"] for topic, body, _ in _entries(entries) if topic == EVENTS), default=0)
 
 
-def _entries(
-    entries: Iterable[Entry], images: dict[tuple[str, float], bytes]
-) -> Iterable[tuple[str, Any, float]]:
-    """Topic, body and time of what is recorded as JSON; images go to `images`, by topic and time."""
+def _entries(entries: Iterable[Entry]) -> Iterable[tuple[str, Any, float]]:
+    """Topic, body and time of what is recorded as JSON, and of images."""
     for _, channel, message in entries:
         at_s = message.log_time / NANO
         if channel.message_encoding == "json":
             yield channel.topic, json.loads(message.data), at_s
         elif channel.topic.startswith(IMAGES):
-            images[channel.topic, at_s] = CompressedImage.FromString(message.data).data
+            yield channel.topic, CompressedImage.FromString(message.data).data, at_s
 
 
 def _add_robot(replay: Replay, name: str, said: dict[str, Any], at_s: float) -> None:

@@ -139,6 +139,22 @@ def test_a_recording_that_was_cut_off_ends_where_it_was_and_goes_on_in_another_p
     assert summary.statistics.message_end_time == 305 * 10**9
 
 
+def test_each_result_is_replayed_once_and_with_its_own_image(store: RecordingStore) -> None:
+    """Also of two images that one camera took at the same time, as far as is known."""
+    shared = {"robot": "yard_1", "name": "camera", "media_type": "image/png"}
+    for _ in range(2):  # a process that was killed wrote the results, but not the events that tell of them
+        with store.new_part("mission-1") as writer:
+            writer.write_result({"id": "result-1", **shared}, b"first", 1.0)
+            writer.write_result({"id": "result-2", **shared}, b"second", 1.0)
+            writer.write_result({"id": "result-3", "robot": "yard_1", "name": "light_lx"}, None, 1.0)
+    results = replay_of(store.entries("mission-1")).results
+    assert [(one["id"], one.get("image")) for one in results] == [
+        ("result-1", "data:image/png;base64,Zmlyc3Q="),
+        ("result-2", "data:image/png;base64,c2Vjb25k"),
+        ("result-3", None),
+    ]
+
+
 def test_recordings_are_measured_once_so_much_was_written_that_they_may_be_too_much(
     store: RecordingStore,
 ) -> None:
