@@ -10,7 +10,7 @@ from paho.mqtt.enums import CallbackAPIVersion
 from robots.link.mqtt import Broker, ConnectionState, FleetLink, ServiceLink, WorldAnnouncement
 from robots.link.mqtt.session import MAX_PACKET_BYTES
 from robots.link.mqtt.topics import Channel, robot_topic, world_topic
-from robots.wire import Message, SetPoint
+from robots.wire import MAX_IMAGE_BYTES, ImageResult, Message, PacketReport, PacketState, SetPoint
 from tests.mosquitto import Mosquitto, needs_mosquitto
 from tests.robots.link.mqtt.ends import (
     ROBOTS,
@@ -319,6 +319,17 @@ def test_sixty_four_robots_take_one_thread(broker: Mosquitto) -> None:
     finally:
         fleet.close()
     assert threading.active_count() == before
+
+
+def test_a_report_with_the_most_and_largest_images_comes_through(broker: Mosquitto) -> None:
+    data = b"\xff\xd8\xff".ljust(MAX_IMAGE_BYTES, b"x")
+    image = ImageResult(name="n" * 64, of="o" * 64, media_type="image/jpeg", data=data)
+    body = PacketReport(
+        script_id="s", packet_id="p", state=PacketState.FINISHED, at_s=1.0, results=(image,) * 4
+    )
+    with both(at(broker)) as (service, fleet):
+        fleet.send(report("fred").model_copy(update={"body": body}))
+        assert received(service, 1)[0].body == body
 
 
 def test_what_is_too_large_to_be_a_message_does_not_come_through_and_the_link_goes_on(
