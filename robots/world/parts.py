@@ -128,6 +128,16 @@ class RobotSpec(Checked):
             self.body.check_speeds(self.name, linear_m_s=self.speed_m_s, angular_rad_s=self.turn_rad_s)
         return self
 
+    @model_validator(mode="after")
+    def _cameras_have_names_of_their_own(self) -> Self:
+        cameras = [sensor.kind for sensor in self.sensors if sensor.takes_images]
+        if doubles := {kind for kind in cameras if cameras.count(kind) > 1}:
+            raise ValueError(
+                f"{self.name} has several cameras of kind {', '.join(sorted(doubles))}; packets name a camera by its "
+                "kind, so a robot has one of each"
+            )
+        return self
+
 
 class Sample(Checked):
     """A tagged sample and where it lies at the start.

@@ -192,6 +192,10 @@ def test_cameras_take_images_only_while_they_run(site: Path) -> None:
         ({"sensors": ["nose"]}, "unknown kind 'nose'; choices: camera, endoscope, scanner, thermometer"),
         ({"sensors": [{"per_m": 1}]}, "kind"),
         ({"sensors": [{"kind": "camera", "width": 1}]}, "width"),
+        (
+            {"sensors": ["camera", {"kind": "camera", "view_deg": 90}]},
+            "fred has several cameras of kind camera",
+        ),
         ({"sensors": [{"kind": "thermometer", "per_m": []}]}, "per_m"),
     ],
 )
