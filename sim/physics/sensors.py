@@ -16,9 +16,8 @@ from robots.physical.body import RADIUS_M, Pose
 from robots.physical.sightings import Sightings
 from robots.world import Location, RobotSpec, Sample
 from sim.physics.rays import FREE, LinesOfSight, free_shares
-from sim.physics.scene import SONAR_GROUPS, WALLS, Scene
+from sim.physics.scene import BEACON_HEIGHT_M, SONAR_GROUPS, WALLS, Scene
 
-BEACON_HEIGHT_M = 0.5
 WHISKER_HEIGHT_M = 0.1
 TAG_RANGE_M = 8.0
 RANGE_SIGMA_M = 0.01
