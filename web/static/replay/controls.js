@@ -21,7 +21,8 @@ export function createControls({ recording, drawing, picture, more = [], onSeek 
     pause();
     seek(at, index);
   });
-  const results = el("div", {});
+  const results = el("div");
+  let shown = 0;
   const clock = el("span", { class: "number", "data-testid": "replay-clock" });
   const slider = el("input", { type: "range", min: 0, max: duration, step: 0.1, "aria-label": "Time", "data-testid": "replay-time", title: "Arrow keys: a second; Page keys: an event; Space: play", onkeydown: onKey });
   slider.addEventListener("input", () => seek(recording.from + slider.valueAsNumber));
@@ -45,7 +46,8 @@ export function createControls({ recording, drawing, picture, more = [], onSeek 
     slider.setAttribute("aria-valuetext", clock.textContent);
     events.show(time, eventIndex);
     const brought = recording.results.filter((one) => one.at_s <= time);
-    show(results, resultList(brought, (/** @type {RecordedResult} */ one) => one.image ?? "", (one) => seconds(one.at_s - recording.from)));
+    if (brought.length !== shown) show(results, resultList(brought, (/** @type {RecordedResult} */ one) => one.image ?? "", (one) => seconds(one.at_s - recording.from)));
+    shown = brought.length;
   }
 
   /** @param {KeyboardEvent} event */
