@@ -173,6 +173,7 @@ def soak(
     ] = 10.0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of goals and faults.")] = 0,
     world: World = None,
+    pack: PackNames = None,
     speed: Speed = 6.0,
     database_url: Annotated[
         str | None,
@@ -181,14 +182,17 @@ def soak(
 ) -> None:
     """Test a service with random goals, kills and outages, and compare its answers with the simulation's ground truth.
 
+    Goals move samples; with --pack they are sentences of all verbs of the packs.
     Exits with 0 only if every check passed. The tested service does not get this command's `MACTA_…` variables.
     """
     from app.cli.soak import SoakRequest
     from app.cli.soak import soak as run
 
     with reported_errors():
+        packs = packs_of(pack) if pack else None
         request = SoakRequest(
-            world=named_world(world),
+            world=named_world(world, packs),
+            packs=packs,
             minutes=minutes,
             seed=seed,
             speed=speed or 6.0,

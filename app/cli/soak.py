@@ -4,7 +4,7 @@ import random
 import secrets
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.cli.ground_truth import holds, snapshot_truth
+from app.packs.pack_set import Packs
 from app.trials.service_faults import ServiceFaults
 from app.trials.service_process import Installation
 from app.trials.soak import RoundResult, SoakTrial, TrueState
@@ -32,19 +33,21 @@ SHOWN = 20
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SoakRequest:
-    """What to test. `minutes` is the time until the last check."""
+    """What to test. `minutes` is the time until the last check; `packs`: None is `store`, whose goals move samples."""
 
     world: WorldFile
     minutes: float
     seed: int
     speed: float
     database_url: str | None = None
+    packs: Packs | None = None
 
 
 def soak(request: SoakRequest) -> int:
     """Run the test; 0 if every check passed, else 1, and the folder with logs and database is kept."""
     console = Console(highlight=False, soft_wrap=True)
     folder = Path(tempfile.mkdtemp(prefix="macta-soak-"))
+    packs = request.packs
     world = with_outages(request.world, random.Random(request.seed))
     (folder / "world.yaml").write_text(world_yaml(world))
     installation = Installation(
@@ -52,7 +55,7 @@ def soak(request: SoakRequest) -> int:
         world=str(folder / "world.yaml"),
         token=secrets.token_urlsafe(32),
         speed=request.speed,
-        environment={} if request.database_url is None else {"MACTA_DATABASE_URL": request.database_url},
+        environment=_environment(request),
     )
     console.print(
         f"[bold]Macta[/]: {world.name} at {request.speed:g}× for {request.minutes:g} min, "
@@ -63,7 +66,12 @@ def soak(request: SoakRequest) -> int:
         world=world,
         seed=request.seed,
         true_state=lambda: true_state(installation.data, world),
-        faults=ServiceFaults(installation, request.seed, lambda rng: push_one(installation.data, world, rng)),
+        faults=ServiceFaults(
+            installation,
+            request.seed,
+            lambda rng: push_one(installation.data, world, rng, None if packs is None else packs.packets),
+        ),
+        verbs=None if packs is None else packs.verbs(),
     )
     _run(trial, request, console)
     _show(trial, console)
@@ -72,6 +80,12 @@ def soak(request: SoakRequest) -> int:
         return 0
     console.print(f"[bold red]Checks failed[/] (seed {request.seed}); logs and database are in {folder}")
     return 1
+
+
+def _environment(request: SoakRequest) -> Mapping[str, str]:
+    """The tested service's settings."""
+    packs = {"MACTA_PACKS": ",".join(pack.place for pack in request.packs.packs)} if request.packs else {}
+    return packs if request.database_url is None else {**packs, "MACTA_DATABASE_URL": request.database_url}
 
 
 def with_outages(world: WorldFile, rng: random.Random) -> WorldFile:
@@ -92,22 +106,28 @@ def true_state(data: Path, world: WorldFile) -> TrueState:
     """The ground truth of the world's last snapshot."""
     truth = snapshot_truth(data, world)
     return TrueState(
-        is_true=lambda fact: bool(holds(fact, world, truth)),
+        # Where robots stand is undone by their next errand, and by their upkeep.
+        is_true=lambda fact: holds(fact, world, truth) if fact.args[0] in truth.samples else None,
         lies={name: sample.ref for name, sample in truth.samples.items()},
     )
 
 
-def push_one(data: Path, world: WorldFile, rng: random.Random) -> str:
-    """Push a robot in the snapshot of a world that is not running; returns the fault, empty if there was no room."""
+def push_one(
+    data: Path, world: WorldFile, rng: random.Random, packet_files: Sequence[Path] | None = None
+) -> str:
+    """Push a robot in the snapshot of a world that is not running; returns the fault, empty if there was no room.
+
+    :param packet_files: those of the robots' repertoires; None: what ships.
+    """
     # NOTE: imported here, for they load the physics.
     from sim.process.snapshot_file import SnapshotFile
     from sim.trials.mishaps import push
-    from sim.world.agents import behavioural_agent
+    from sim.world.agents import agents_with
     from sim.world.simulation import Simulation
 
     try:
         with SnapshotFile(data / "worlds" / f"{world.name}.json") as file:
-            simulation = Simulation(world, make_agent=behavioural_agent, snapshot=file.read(world))
+            simulation = Simulation(world, make_agent=agents_with(packet_files), snapshot=file.read(world))
             ahead_m = rng.uniform(-PUSH_M, PUSH_M)
             left_m = rng.uniform(-PUSH_M, PUSH_M)
             push(simulation, rng.choice(world.robots).name, ahead_m=ahead_m, left_m=left_m)

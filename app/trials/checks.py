@@ -12,7 +12,8 @@ from app.store import Database, EventRow, MessageRow, ScriptRow
 from app.trials.observer import ENDED
 from robots.wire import SymbolicFact
 
-IsTrue = Callable[[SymbolicFact], bool]
+IsTrue = Callable[[SymbolicFact], bool | None]
+"""None: the ground truth cannot tell."""
 Goal = Mapping[str, Any]
 
 
@@ -98,7 +99,7 @@ def untrue_goals(goals: Iterable[Goal], is_true: IsTrue) -> list[str]:
         f"{goal['id']} ({goal['text']}) was completed, but {fact} is not true"
         for goal in completed
         for fact in map(SymbolicFact.model_validate, goal["goal"])
-        if not is_true(fact)
+        if is_true(fact) is False
     ]
 
 

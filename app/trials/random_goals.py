@@ -1,10 +1,11 @@
-"""Random goals among those that are possible in a world."""
+"""Random goals: among those that are possible in a world, and sentences of any verb."""
 
 import random
 
 from app.domain.errors import Invalid
 from app.domain.goal_language.check import check_goals
 from app.domain.goal_language.reachability import free_for
+from app.domain.goal_language.verbs import Kind, Role, Verbs
 from app.domain.world_model import Facts
 from planner import KnowledgeBase
 from robots.wire import SymbolicFact
@@ -39,3 +40,26 @@ def drawn_goals(
         f"found no {count} goals at once that {world.name} can take: it has {len(movable)} samples that can be carried "
         "to a free place; ask for fewer goals, or state them"
     )
+
+
+def drawn_sentence(world: WorldFile, verbs: Verbs, chance: random.Random) -> str:
+    """A sentence of one of the verbs about things of the world; it may be impossible there.
+
+    :raises Invalid: if the world lacks what each of the verbs is about.
+    """
+    things = {
+        Kind.SAMPLE: [sample.name for sample in world.samples],
+        Kind.ROBOT: [robot.name for robot in world.robots],
+        Kind.PLACE: [place.name for place in world.locations if place.kind not in PASSING],
+    }
+    fitting = [
+        word for word in verbs.words if all(things[slot.kind] for slot in verbs.by_word[word].slots.values())
+    ]
+    if not fitting:
+        raise Invalid(f"no verb of the packs is about what {world.name} has: {', '.join(verbs.words)}")
+    word = chance.choice(fitting)
+    said = {slot.role: chance.choice(things[slot.kind]) for slot in verbs.by_word[word].slots.values()}
+    parts = [word, said[Role.OBJECT]]
+    parts += ["and", said[Role.PARTNER]] if Role.PARTNER in said else []
+    parts += ["to", said[Role.TARGET]] if Role.TARGET in said else []
+    return " ".join(parts)

@@ -9,8 +9,9 @@ from typing import Any
 
 import httpx2
 
+from app.domain.goal_language.verbs import Verbs
 from app.trials.observer import ENDED, Observer
-from app.trials.random_goals import PASSING
+from app.trials.random_goals import PASSING, drawn_sentence
 from robots.world import WorldFile
 
 MAX_OPEN = 8
@@ -50,11 +51,15 @@ class SubmittedGoal:
 
 @dataclass(slots=True, kw_only=True)
 class RandomOperator:
-    """Acts on the API, one act at a time. Answers outside the allowed statuses are complaints."""
+    """Acts on the API, one act at a time. Answers outside the allowed statuses are complaints.
+
+    :param verbs: those of its sentences; None: samples are moved.
+    """
 
     world: WorldFile
     seed: int
     observer: Observer
+    verbs: Verbs | None = None
     submitted: list[SubmittedGoal] = field(default_factory=list)
     unanswered: list[SubmittedGoal] = field(default_factory=list)
     """Submissions without an answer: only their repetition shows whether they were accepted."""
@@ -82,9 +87,8 @@ class RandomOperator:
             case "state" if len(self.open) < MAX_OPEN:
                 self._state(api, self._errand())
             case "compete" if len(self.open) < MAX_OPEN:
-                sample = self._sample()
-                self._state(api, f"move {sample} to {self._place()}")
-                self._state(api, f"move {sample} to {self._place()}")
+                for text in self._competing():
+                    self._state(api, text)
             case "talk nonsense":
                 self._submit_nonsense(api)
             case "decide":
@@ -120,13 +124,24 @@ class RandomOperator:
             self.unanswered.pop()
 
     def _errand(self) -> str:
+        if self.verbs is not None:
+            return drawn_sentence(self.world, self.verbs, self._rng)
         if self._rng.random() < 0.3 and len(self.world.samples) > 1:
             one, other = self._rng.sample([sample.name for sample in self.world.samples], 2)
             return f"move {one} to {self._place()} and move {other} to {self._place()}"
         return f"move {self._sample()} to {self._place()}"
 
+    def _competing(self) -> tuple[str, str]:
+        """Two goals that may be about the same thing."""
+        if self.verbs is not None:
+            return self._errand(), self._errand()
+        sample = self._sample()
+        return f"move {sample} to {self._place()}", f"move {sample} to {self._place()}"
+
     def _sample(self) -> str:
-        return self._rng.choice(self.world.samples).name
+        """A sample's name, where there are some."""
+        samples = [sample.name for sample in self.world.samples]
+        return self._rng.choice(samples or [robot.name for robot in self.world.robots])
 
     def _place(self) -> str:
         return self._rng.choice([one.name for one in self.world.locations if one.kind not in PASSING])

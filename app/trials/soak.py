@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import httpx2
 
 from app.domain.clock import WallClock, pause
+from app.domain.goal_language.verbs import Verbs
 from app.trials.checks import (
     Beliefs,
     IsTrue,
@@ -60,6 +61,7 @@ class SoakTrial:
     """Runs the trial.
 
     :param true_state: reads the true state of the world, which the service never sees.
+    :param verbs: those of the operator's sentences; None: samples are moved.
     """
 
     installation: Installation
@@ -67,6 +69,7 @@ class SoakTrial:
     seed: int
     true_state: Callable[[], TrueState]
     faults: ServiceFaults
+    verbs: Verbs | None = None
     observer: Observer = field(init=False)
     operator: RandomOperator = field(init=False)
     rounds: list[RoundResult] = field(default_factory=list)
@@ -78,7 +81,9 @@ class SoakTrial:
         self._clock = self.installation.clock
         self._begun_s = self._clock.monotonic_s()
         self.observer = Observer(self.world.name)
-        self.operator = RandomOperator(world=self.world, seed=self.seed, observer=self.observer)
+        self.operator = RandomOperator(
+            world=self.world, seed=self.seed, observer=self.observer, verbs=self.verbs
+        )
         self._follower = EventFollower(self.faults.api)
 
     @property

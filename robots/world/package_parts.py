@@ -76,4 +76,5 @@ def _written(value: Any, handler: SerializerFunctionWrapHandler, info: Serializa
             "kind": value.kind,
             **value.model_dump(mode=info.mode, exclude_defaults=info.exclude_defaults),
         }
-    return handler(value)
+    # NOTE: the kind chooses the class, so that it is written though it is its class's default.
+    return {"kind": value.kind, **handler(value)}

@@ -146,6 +146,13 @@ def test_a_world_with_a_packages_parts_is_the_same_when_written_and_read(site: P
         assert digest_of(world(body={"kind": "hover", "thrust_n": 6})) != digest_of(file)
 
 
+@pytest.mark.parametrize("kind", ["wheeled", "avatar"])
+def test_a_world_with_a_body_of_a_kind_is_the_same_when_written_and_read(kind: str) -> None:
+    file = world(body=kind)
+    assert WorldFile.model_validate(file.model_dump(mode="json", exclude_defaults=True)) == file
+    assert digest_of(file) != digest_of(world())
+
+
 def test_the_digest_of_a_world_without_them_is_what_it_was() -> None:
     told = load_world("sample_store").model_dump(mode="json", exclude_defaults=True)
     assert all("body" not in robot and "sensors" not in robot for robot in told["robots"])
