@@ -46,6 +46,7 @@ FILES = (
 FACTS = "sensed_facts:\n  - {fact: observed($ref), by: {sense: in_view, target: $ref}}\n"
 RESULTS = "results: [{image: camera, of: $ref}, {reading: ahead_m, unit: m, of: $ref}]\n"
 WORLDS = ("relocation_lab", "sample_store_radio")
+SENSORS = ["camera", {"kind": "scanner", "reach_m": 1.5}]
 LONE_SURROGATES = ("Cs",)
 """They cannot be written to a file."""
 WORDS = st.sampled_from(
@@ -162,13 +163,18 @@ def check_changed_pack(data: st.DataObject) -> list[str]:
         return pack_faults(folder)
 
 
+def write_world(parent: Path, name: str) -> Path:
+    """A valid world whose first robot has sensors; its file."""
+    file = parent / "world.yaml"
+    world = read_yaml(shipped_worlds()[name].read_text())
+    world["robots"][0]["sensors"] = SENSORS
+    file.write_text(yaml.safe_dump(world))
+    return file
+
+
 def check_changed_world(data: st.DataObject) -> list[str]:
     with tempfile.TemporaryDirectory() as name:
-        file = Path(name) / "world.yaml"
-        text = shipped_worlds()[data.draw(st.sampled_from(WORLDS))].read_text()
-        world = read_yaml(text)
-        world["robots"][0]["sensors"] = ["camera", {"kind": "scanner", "range_m": 5}]
-        file.write_text(yaml.safe_dump(world))
+        file = write_world(Path(name), data.draw(st.sampled_from(WORLDS)))
         change(file, data)
         return world_faults(file)
 

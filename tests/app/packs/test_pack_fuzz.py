@@ -10,20 +10,22 @@ from hypothesis import strategies as st
 
 from benchmarks.pack_fuzz import (
     FILES,
+    WORLDS,
     check_changed_pack,
     check_changed_world,
     pack_faults,
     world_faults,
     write_pack,
+    write_world,
 )
-from robots.world.load import shipped_worlds
 
 FEW = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def test_what_is_changed_is_valid_before(tmp_path: Path) -> None:
     assert pack_faults(write_pack(tmp_path)) == []
-    assert world_faults(shipped_worlds()["relocation_lab"]) == []
+    for name in WORLDS:
+        assert world_faults(write_world(tmp_path, name)) == []
 
 
 @FEW
