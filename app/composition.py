@@ -22,7 +22,7 @@ from app.api.recordings import recorded_bodies
 from app.core import Core
 from app.domain.mission_organiser import Margin
 from app.missions.dispatch import ScriptDispatcher
-from app.missions.fleet_run import FleetRun
+from app.missions.fleet_run import DeclaresPacks, FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
@@ -34,6 +34,7 @@ from app.missions.world_changes import WorldChanges
 from app.missions.world_start import end_missions_of_absent_worlds, start_world
 from app.packs.contents import contents_of
 from app.packs.find import load_packs
+from app.packs.pack_set import difference
 from app.planning.alternatives import Alternatives, AlternativesJob
 from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
@@ -70,7 +71,7 @@ from app.workflows import (
     Queue,
     Workflows,
 )
-from app.workflows.leases import ExecutorRegistry
+from app.workflows.leases import Executor, ExecutorRegistry
 from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
 from robots.background_compilation import BackgroundCompilation, Stage
@@ -110,6 +111,7 @@ class Service:
         """Set when the service begins to shut down: open streams then end."""
         self.settings = settings
         self.packs = load_packs(settings.packs)
+        self._pack_digests = self.packs.digests()
         self._viewer = viewer
         self._drives_robots = MISSIONS in served
         # A process that only plans keeps nothing in the data folder.
@@ -164,6 +166,7 @@ class Service:
             serves=[queue.name for queue in served],
             worlds=self._files if self._drives_robots else (),
             planning=self._planning_status,
+            packs=self._pack_digests,
         )
         self._retention = Retention.of(self.database, self.workflows, settings)
 
@@ -347,6 +350,7 @@ class Service:
             packs=[contents_of(pack) for pack in self.packs.packs],
             waits_for=self._waits_for,
             compilation=self._stage,
+            other_packs=self._other_packs,
         )
         return build_api(services, viewer=self._viewer, static=WEB)
 
@@ -355,6 +359,15 @@ class Service:
 
     def _planning_status(self) -> Mapping[str, Any] | None:
         return self._worker.status().model_dump(mode="json") if self.settings.planning_processes else None
+
+    def _other_packs(self, executors: Sequence[Executor]) -> Sequence[str]:
+        """Which executors and fleets run other domain packs than this process, in words."""
+        theirs = {f"executor {one.id} on {one.host}": one.packs for one in executors}
+        for name, world in self._worlds.items():
+            if isinstance(fleet := world.fleet, DeclaresPacks):
+                theirs[f"the fleet of {name}"] = fleet.packs
+        found = ((who, difference(self._pack_digests, packs)) for who, packs in theirs.items() if packs)
+        return [f"{who}: {words}" for who, words in found if words]
 
     def _waits_for(self) -> str:
         return "" if self.planner_ready.done() else f"the planner is starting: {self._worker.doing}"
@@ -367,6 +380,8 @@ class Service:
         self.planner_ready = self._worker.warm_up()
         simulated = [name for name, world in self._worlds.items() if world.run is not None]
         self.executors.register(simulated if self._drives_robots else ())
+        for words in self._other_packs([one for one in self.executors.executors() if one.alive]):
+            logger.error("give every process the same packs (--pack, MACTA_PACKS): %s", words)
         # Also worlds that another process drives: it may end before it has recorded them.
         driven = list(self._worlds.values()) if self._drives_robots else []
         with self.database.write() as session:

@@ -49,7 +49,7 @@ from app.recordings import RecordingStore
 from app.settings import Settings
 from app.store.event_log import EventLog
 from app.workflows import PLANNING
-from app.workflows.leases import ExecutorRegistry
+from app.workflows.leases import Executor, ExecutorRegistry
 from robots.background_compilation import Stage
 from robots.clock import Clock
 
@@ -65,6 +65,7 @@ class Services:
     :param stopping: set when the process is about to end; open streams then end.
     :param waits_for: why the service cannot plan yet; empty once it can.
     :param compilation: how far the compilation of its planner and its worlds is.
+    :param other_packs: which of the service's processes run other domain packs than this one, in words.
     """
 
     token: str
@@ -92,6 +93,7 @@ class Services:
     packs: Sequence[PackContents]
     waits_for: Callable[[], str] = lambda: ""
     compilation: Callable[[], Stage] = lambda: Stage.COMPILED
+    other_packs: Callable[[Sequence[Executor]], Sequence[str]] = lambda executors: ()
 
 
 def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
@@ -155,14 +157,15 @@ def _add_health(api: FastAPI, service: Services) -> None:
 
     @api.get("/readyz", tags=["health"], responses=problems.declared(503))
     def readyz() -> JSONResponse:
-        """The database answers, every world's robots can be reached, and the planner has started.
+        """The database answers, every world's robots can be reached, all processes run the same domain packs, and the
+        planner has started.
 
         `compilation` is `compiled` once the planner and the worlds run at full speed. Before, it is `compiling`, or
         `waiting` while another process on the machine compiles them: problems of up to 8 goals are planned all the
         same, larger ones wait for it. It is `uncompiled` if they will not be compiled.
         """
         try:
-            plans = any(PLANNING.name in one.serves for one in service.executors.executors() if one.alive)
+            executors = [one for one in service.executors.executors() if one.alive]
         except Exception:
             return problems.problem(503, "not-ready", "the database does not answer")
         broken = [world for world in sorted(service.clocks) if _is_unreachable(service, world)]
@@ -171,6 +174,10 @@ def _add_health(api: FastAPI, service: Services) -> None:
             return problems.problem(503, "world-unreachable", detail, worlds=broken)
         if doing := service.waits_for():
             return problems.problem(503, "starting", doing)
+        if others := service.other_packs(executors):
+            detail = f"give every process the same packs (--pack, MACTA_PACKS): {'; '.join(others)}"
+            return problems.problem(503, "packs-differ", detail)
+        plans = any(PLANNING.name in one.serves for one in executors)
         ready = {"status": "ready", "compilation": service.compilation().value}
         if not plans:
             # Goals are accepted, and planned once a planning process runs.

@@ -1,9 +1,9 @@
 """The processes that share the database."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from fastapi import APIRouter
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from app.api.bodies import Page
 from app.planning.pool.status import PoolStatus
@@ -26,6 +26,9 @@ class ExecutorBody(BaseModel):
     seen_s: float
     alive: bool
     planning: PoolStatus | None = None
+    packs: Mapping[str, str] | None = Field(
+        default=None, description="the digests of its domain packs, by name"
+    )
 
 
 def executors_router(registry: ExecutorRegistry) -> APIRouter:

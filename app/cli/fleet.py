@@ -43,7 +43,7 @@ def fleet(
         SupervisedWorld.start(
             world, snapshots, seed=seed, speed=speed, jitter_m=0.0, packet_files=packs.packets
         ) as simulation,
-        _at(broker, world, simulation.run) as link,
+        _at(broker, world, simulation.run, packs.digests()) as link,
     ):
         if simulation.not_resumed_because:
             report_new_run(world.name, simulation.not_resumed_because)
@@ -102,11 +102,13 @@ class _Relay:
 
 
 @contextmanager
-def _at(broker: Broker | Transport, world: WorldFile, run: str) -> Iterator[FleetEnd]:
+def _at(
+    broker: Broker | Transport, world: WorldFile, run: str, packs: Mapping[str, str]
+) -> Iterator[FleetEnd]:
     robots = [robot.name for robot in world.robots]
     link: FleetEnd
     if isinstance(broker, Broker):
-        link = FleetLink(world.name, robots, broker, run=run, digest=digest_of(world))
+        link = FleetLink(world.name, robots, broker, run=run, digest=digest_of(world), packs=packs)
     else:
         link = broker.fleet_end(world.name, robots, run=run, digest=digest_of(world))
     link.start()

@@ -1,7 +1,7 @@
 """Records the run of a world whose fleet starts by itself, before messages are exchanged with its robots."""
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from app.core import Core
 from app.missions.world_start import start_world_run
@@ -24,6 +24,16 @@ class Fleet(Protocol):
         ...
 
     def take_up(self, run: str) -> None: ...
+
+
+@runtime_checkable
+class DeclaresPacks(Protocol):
+    """A fleet that tells its domain packs; those of packages' links need not."""
+
+    @property
+    def packs(self) -> Mapping[str, str]:
+        """Their digests by name; empty before it has told them."""
+        ...
 
 
 class FleetRun:

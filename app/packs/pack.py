@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
@@ -51,6 +52,22 @@ class Pack:
     packets: tuple[Path, ...] = ()
     verbs: tuple[Path, ...] = ()
     worlds: Mapping[str, Path] = field(default_factory=dict)
+
+    def digest(self) -> str:
+        """Of its name, version and files, wherever they lie; a change of any changes it.
+
+        :raises PackError: if a file cannot be read.
+        """
+        seen = sha256(f"{self.name} {self.version}".encode())
+        for slot in (self.knowledge_bases, self.libraries, self.packets, self.verbs, self.worlds.values()):
+            for file in slot:
+                try:
+                    content = file.read_bytes()
+                except OSError as error:
+                    raise PackError(f"{file} cannot be read: {error.strerror}") from error
+                seen.update(f"{file.name} {len(content)} ".encode() + content)
+            seen.update(b";")
+        return seen.hexdigest()[:16]
 
     def is_at_least(self, version: str) -> bool:
         return _numbers(self.version) >= _numbers(version)

@@ -19,6 +19,24 @@ if TYPE_CHECKING:
     from robots.repertoire import Repertoire
 
 
+def difference(ours: Mapping[str, str], theirs: Mapping[str, str]) -> str:
+    """Which packs of two processes differ, in words; empty if they have the same.
+
+    :param ours, theirs: digests by the packs' names.
+    """
+    known = sorted(ours.keys() | theirs.keys())
+    words = {
+        name: "is another"
+        if name in ours and name in theirs
+        else "is missing"
+        if name in ours
+        else "is not here"
+        for name in known
+        if ours.get(name) != theirs.get(name)
+    }
+    return ", ".join(f"pack {name} {word}" for name, word in words.items())
+
+
 @dataclass(frozen=True, slots=True)
 class Packs:
     """The packs of a process, each after those that it needs.
@@ -43,6 +61,13 @@ class Packs:
     @property
     def names(self) -> str:
         return ", ".join(pack.name for pack in self.packs)
+
+    def digests(self) -> Mapping[str, str]:
+        """Each pack's digest by its name.
+
+        :raises PackError: if a file cannot be read.
+        """
+        return {pack.name: pack.digest() for pack in self.packs}
 
     def worlds(self) -> Mapping[str, Path]:
         """The worlds' files by name.

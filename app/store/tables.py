@@ -384,7 +384,8 @@ class MessageRow(Base):
 class ExecutorRow(Base):
     """A process that runs workflows of the queues it serves; `seen_at`: its last heartbeat (database's clock).
 
-    `planning`: what its planning processes did then; None if it has none.
+    `planning`: what its planning processes did then; None if it has none. `packs`: the digests of its domain packs, by
+    name; None of an earlier version.
     """
 
     __tablename__ = "executors"
@@ -395,6 +396,7 @@ class ExecutorRow(Base):
     started_at: Mapped[str]
     seen_at: Mapped[float]
     planning: Mapped[dict[str, Any] | None]
+    packs: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
 
 
 class LeaseRow(Base):

@@ -45,6 +45,7 @@ class Executor:
     :param worlds: those whose lease it holds.
     :param seen_s: seconds since its last heartbeat.
     :param planning: what its planning processes do, as of then; None if it has none.
+    :param packs: the digests of its domain packs, by name; None of an earlier version.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Executor:
     seen_s: float
     alive: bool
     planning: Mapping[str, Any] | None = None
+    packs: Mapping[str, str] | None = None
 
 
 class RecoverableWorkflows(Protocol):
@@ -96,12 +98,14 @@ class ExecutorRegistry:
         serves: Sequence[str],
         worlds: Collection[str],
         planning: Callable[[], Mapping[str, Any] | None] = lambda: None,
+        packs: Mapping[str, str] | None = None,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param serves: the queues whose workflows this process runs.
         :param worlds: those whose leases this process may hold.
         :param planning: what this process's planning processes do now, for JSON.
+        :param packs: the digests of its domain packs, by name.
         """
         self._database = database
         self._workflows = workflows
@@ -109,6 +113,7 @@ class ExecutorRegistry:
         self._executor = workflows.executor
         self._worlds = sorted(worlds)
         self._planning = planning
+        self._packs = packs
         self._clock = clock
         self._lost_check_at_s = 0.0
         self._started_at = iso_utc(clock.epoch_s())
@@ -186,6 +191,7 @@ class ExecutorRegistry:
             row.started_at = self._started_at
             row.seen_at = now
             row.planning = None if planning is None else dict(planning)
+            row.packs = None if self._packs is None else dict(self._packs)
             session.flush()
             dead_before = _dead_before(session, self._database, now)
             held = [world for world in self._worlds if self._takes(session, world, dead_before)]
@@ -272,6 +278,7 @@ def _executor(row: ExecutorRow, worlds: Sequence[str], seen_s: float) -> Executo
         seen_s=round(seen_s, 3),
         alive=alive,
         planning=row.planning if alive else None,
+        packs=row.packs,
     )
 
 

@@ -1,5 +1,6 @@
 """The service as a whole: how it begins and ends."""
 
+import re
 from concurrent.futures import Future
 from pathlib import Path
 
@@ -9,11 +10,13 @@ from fastapi.testclient import TestClient
 from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings, lock_folder
+from app.workflows.leases import ExecutorRegistry
 from robots.world import load_world
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.app.sample_store import Store
 from tests.app.scripted import ScriptedWorker
+from tests.app.undone import Noted
 from tests.waiting import in_state
 
 
@@ -69,3 +72,16 @@ def test_missions_are_paused_and_cancelled_while_the_planner_warms_up(tmp_path: 
         assert not service.planner_ready.done()
         worker.ready.set_result(True)
         assert api.get("/readyz").json() == {"status": "ready", "compilation": "compiled"}
+
+
+def test_a_process_with_other_domain_packs_is_named(service: Service, api: TestClient) -> None:
+    (own,) = api.get("/v1/executors").json()["items"]
+    assert own["packs"] == {pack.name: pack.digest() for pack in service.packs.packs}
+    assert api.get("/readyz").status_code == 200
+    other = ExecutorRegistry(
+        service.database, Noted("other"), serves=["planning"], worlds=(), packs={"store": "0123456789abcdef"}
+    )
+    other.register()
+    answer = api.get("/readyz")
+    assert (answer.status_code, answer.json()["type"]) == (503, "urn:macta:problem:packs-differ")
+    assert re.search(r"same packs.*executor other on .*: pack store is another", answer.json()["detail"])

@@ -1,7 +1,7 @@
 """The robots' end: a client for each robot, with its own last will, and one that announces the world."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pydantic import ValidationError
 
@@ -40,12 +40,14 @@ class FleetLink:
         *,
         run: str,
         digest: str = "",
+        packs: Mapping[str, str] | None = None,
         wall_s: Callable[[], float] = time.monotonic,
         epoch_s: Callable[[], float] = time.time,
     ) -> None:
         """
         :param run: the run of the world, see `WorldAnnouncement`.
         :param digest: of the world file.
+        :param packs: the digests of the fleet's domain packs, by name.
         :param epoch_s: gives a first fleet its number; a wrong clock does no harm.
         """
         self._number = epoch_s()
@@ -54,6 +56,7 @@ class FleetLink:
         self._world = world
         self._run = run
         self._digest = digest
+        self._packs = dict(packs or {})
         self._wall_s = wall_s
         self._inbox = Inbox()
         self._rate: float | None = 1.0
@@ -205,6 +208,7 @@ class FleetLink:
             time_s=self._time_s,
             rate=self._rate,
             digest=self._digest,
+            packs=self._packs,
             began_at=self._number,
         )
         return Publication(

@@ -3,7 +3,7 @@
 import logging
 import time
 import uuid
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Protocol
 
 from pydantic import ValidationError
@@ -70,6 +70,8 @@ class ServiceLink:
         self._announced_run: str | None = None
         self._taken_up: str | None = None
         self._complaint = ""
+        self.packs: Mapping[str, str] = {}
+        """The digests of the fleet's domain packs, as it last announced them."""
         self._session = Session(
             broker,
             f"macta-service-{world}-{uuid.uuid4().hex[:12]}",  # replicas receive the same messages
@@ -168,6 +170,7 @@ class ServiceLink:
                 self._inbox.put(message)
 
     def _follow(self, announced: WorldAnnouncement, *, now: bool) -> None:
+        self.packs = announced.packs
         if self._digest and announced.digest != self._digest:
             why = f"the fleet of {self._world} drives another world file than the service has; give both the same"
             if why != self._complaint:

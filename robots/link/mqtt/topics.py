@@ -85,7 +85,8 @@ class WorldAnnouncement(Wire):
     """Retained on a world's topic, published by its fleet every second. `CONNECTION_BROKEN` is its last will.
 
     `run` changes when the world starts again. `time_s`: the world's clock; `rate`: world seconds a wall-clock second,
-    None as fast as possible; `digest`: of the world file; `began_at`: the number of the fleet, greater than that of the
+    None as fast as possible; `digest`: of the world file; `packs`: the digests of the fleet's domain packs, by name;
+    `began_at`: the number of the fleet, greater than that of the
     fleet before it. Of two running fleets the one with the greater number drives the world. A first fleet takes
     the epoch seconds at which it began.
     """
@@ -95,4 +96,5 @@ class WorldAnnouncement(Wire):
     time_s: float = Field(ge=0)
     rate: float | None = Field(default=1.0, ge=0)
     digest: str = ""
+    packs: dict[str, str] = Field(default_factory=dict, max_length=100)
     began_at: float = Field(default=0.0, ge=0, le=GREATEST_NUMBER)

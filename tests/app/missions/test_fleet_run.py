@@ -1,7 +1,7 @@
 """A fleet comes and goes by itself: its world goes on with the run that the record knows, and else starts a new run."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -46,14 +46,15 @@ def service(
 
 
 @pytest.fixture
-def fleet(broker: Mosquitto, world_file: WorldFile) -> Iterator[Callable[[str], FleetLink]]:
+def fleet(broker: Mosquitto, world_file: WorldFile) -> Iterator[Callable[..., FleetLink]]:
     """Starts a fleet that drives a run, and ends the one before."""
     running: list[FleetLink] = []
 
-    def start(run: str) -> FleetLink:
+    def start(run: str, packs: Mapping[str, str] | None = None) -> FleetLink:
         for link in running:
             link.close()
-        link = FleetLink(world_file.name, [r.name for r in world_file.robots], Broker.at(broker.url), run=run)
+        robots = [robot.name for robot in world_file.robots]
+        link = FleetLink(world_file.name, robots, Broker.at(broker.url), run=run, packs=packs)
         running.append(link)
         link.start()
         return link
@@ -195,3 +196,16 @@ def test_telemetry_reaches_the_board_and_the_clock_follows_the_fleet(
     )
     until(lambda: api.get("/v1/robots/yard_1").json()["battery"] == 0.75)
     until(lambda: there.announce(500.0, 1.0) or service.clocks["sample_store"].now_s() >= 500.0)
+
+
+def test_a_fleet_with_other_domain_packs_is_named_until_it_has_the_same(
+    service: Service, api: TestClient, fleet: Callable[..., FleetLink]
+) -> None:
+    ours = service.packs.digests()
+    fleet("run-1", {**ours, "looks": "0123456789abcdef"})
+    until(lambda: api.get("/readyz").status_code == 503)
+    told = api.get("/readyz").json()
+    assert told["type"] == "urn:macta:problem:packs-differ"
+    assert "the fleet of sample_store: pack looks is not here" in told["detail"]
+    fleet("run-2", ours)
+    until(lambda: api.get("/readyz").status_code == 200)

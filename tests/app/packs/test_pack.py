@@ -6,6 +6,7 @@ import pytest
 
 from app.packs.errors import PackError
 from app.packs.pack import read_pack
+from app.packs.pack_set import difference
 from tests.app.packs.pack_folders import bare, change, example
 
 
@@ -87,3 +88,23 @@ def test_versions_are_compared_by_their_numbers(
     tmp_path: Path, version: str, least: str, enough: bool
 ) -> None:
     assert read_pack(bare(tmp_path, "one", version)).is_at_least(least) is enough
+
+
+def test_a_digest_is_of_the_files_wherever_they_lie_and_differs_with_any_of_them(tmp_path: Path) -> None:
+    here = example(tmp_path / "here")
+    there = example(tmp_path / "there")
+    assert read_pack(here).digest() == read_pack(there).digest()
+    for name in ("pack.yaml", "verbs.yaml", "repertoire/observe.yaml", "worlds/looks_yard.yaml"):
+        before = read_pack(there).digest()
+        file = there / name
+        file.write_text(file.read_text().replace("0.1", "0.2") + "# a remark\n")
+        assert read_pack(there).digest() != before, name
+
+
+def test_the_packs_that_differ_are_named() -> None:
+    ours = {"store": "1", "looks": "2", "survey": "3"}
+    assert difference(ours, dict(ours)) == ""
+    theirs = {"store": "1", "looks": "4", "photography": "5"}
+    assert difference(ours, theirs) == (
+        "pack looks is another, pack photography is not here, pack survey is missing"
+    )
