@@ -11,7 +11,8 @@ from app.domain.errors import Invalid, Unavailable
 from app.packs.find import load_packs
 from robots.link.channel import LinkClosed
 from robots.link.mqtt import Broker, FleetLink
-from robots.link.transport import FleetEnd, Transport
+from robots.link.transport import FleetEnd, ServesRobots, Transport
+from robots.wire import Message, Performative, WorldChange, WorldEdition
 from robots.world import WorldFile, digest_of
 from sim import SnapshotSettings, SupervisedWorld
 from sim.process.first_calls import SIMULATION
@@ -43,7 +44,7 @@ def fleet(
         SupervisedWorld.start(
             world, snapshots, seed=seed, speed=speed, jitter_m=0.0, packet_files=packs.packets
         ) as simulation,
-        _at(broker, world, simulation.run, packs.digests()) as link,
+        _at(broker, world, simulation, packs.digests()) as link,
     ):
         if simulation.not_resumed_because:
             report_new_run(world.name, simulation.not_resumed_because)
@@ -70,13 +71,18 @@ class _Relay:
         self._broker = broker
         self._speed = speed
         self._is_ready = False
+        self._asked: dict[str, list[str]] = {}
+        """By request to change the world, the robots that it has then."""
 
     def turn(self) -> None:
         """Pass on the messages of one turn."""
         try:
             for message in self._simulation.receive(TURN_S):
+                self._note_answer(message)
                 self._link.send(message)
             for message in self._link.receive():
+                if isinstance(message.body, WorldChange):
+                    self._asked[message.id] = [robot["name"] for robot in message.body.world["robots"]]
                 self._simulation.send(message)
         except LinkClosed as error:
             raise Unavailable(f"world {self._world.name} cannot continue: {error}") from error
@@ -88,6 +94,15 @@ class _Relay:
         if not self._is_ready:
             self._get_ready()
 
+    def _note_answer(self, message: Message) -> None:
+        """Speak for the robots of a changed world once the simulation has taken it up."""
+        if not isinstance(message.body, WorldEdition):
+            return
+        robots = self._asked.pop(message.in_reply_to or "", None)
+        is_taken_up = message.performative is Performative.AGREE
+        if robots is not None and is_taken_up and isinstance(self._link, ServesRobots):
+            self._link.serve(robots)
+
     def _get_ready(self) -> None:
         if self._link.refused:
             # NOTE: only at the start: a broker that restarts later may refuse for a while.
@@ -96,16 +111,17 @@ class _Relay:
             )
         if self._link.connected:
             self._is_ready = True
-            robots = len(self._world.robots)
+            robots = len(self._simulation.robots)
             # NOTE: plain print: rich would break the line at the terminal's width.
             print(f"The fleet of {self._world.name} is ready: {robots} robots at {self._broker}", flush=True)
 
 
 @contextmanager
 def _at(
-    broker: Broker | Transport, world: WorldFile, run: str, packs: Mapping[str, str]
+    broker: Broker | Transport, world: WorldFile, simulation: SupervisedWorld, packs: Mapping[str, str]
 ) -> Iterator[FleetEnd]:
-    robots = [robot.name for robot in world.robots]
+    robots = simulation.robots
+    run = simulation.run
     link: FleetEnd
     if isinstance(broker, Broker):
         link = FleetLink(world.name, robots, broker, run=run, digest=digest_of(world), packs=packs)

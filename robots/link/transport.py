@@ -4,8 +4,8 @@ A package registers a function under `macta.links`, named by the scheme of its a
 address, and raises `ValueError` if that is none (docs/packs.md).
 """
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Iterable, Sequence
+from typing import Protocol, runtime_checkable
 
 from robots.clock import Clock
 from robots.errors import ExtensionError
@@ -24,7 +24,10 @@ class FollowedClock(Clock, Protocol):
 
 
 class ServiceEnd(Link, Protocol):
-    """The service's end. Only messages of the run that was taken up pass, in both directions."""
+    """The service's end. Only messages of the run that was taken up pass, in both directions.
+
+    Those of robots that are added later pass, too, and those of the world itself, which is called "_world".
+    """
 
     @property
     def clock(self) -> FollowedClock: ...
@@ -71,6 +74,15 @@ class FleetEnd(Link, Protocol):
 
     def announce(self, time_s: float, rate: float | None) -> None:
         """Called often: tell the service the world's time and rate, at least once a second."""
+        ...
+
+
+@runtime_checkable
+class ServesRobots(Protocol):
+    """A fleet's end that needs to know when robots are added to the world or removed from it."""
+
+    def serve(self, robots: Iterable[str]) -> None:
+        """Speak for these robots from now on."""
         ...
 
 

@@ -37,9 +37,10 @@ class Starting:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The process has built the world: its run, and why it was not resumed, if a snapshot was expected."""
+    """The process has built the world: its run, its robots, and why it was not resumed, if a snapshot was expected."""
 
     run: str
+    robots: tuple[str, ...]
     not_resumed_because: str = ""
 
 

@@ -70,6 +70,8 @@ class SimulationProcess:
             raise
         self.run = ready.run
         """Identifies the world, however often it is resumed."""
+        self.robots = ready.robots
+        """Those of the edition that it began with."""
         self.not_resumed_because = ready.not_resumed_because
         """Why it was not resumed, if a snapshot was expected; else empty."""
 

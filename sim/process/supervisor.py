@@ -42,6 +42,8 @@ class SupervisedWorld:
         self._wall_clock = wall_clock or WallClock()
         self._process = start_process(snapshots)
         self.run = self._process.run
+        self.robots = self._process.robots
+        """Those of the edition that it began with."""
         self.not_resumed_because = self._process.not_resumed_because
         self._resume = replace(snapshots, run=self.run, any_run=False, start_new=False, resume_only=True)
         self._crashes_at_s: deque[float] = deque(maxlen=MAX_CRASHES)

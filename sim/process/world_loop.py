@@ -152,7 +152,9 @@ class WorldLoop:
 
         :raises EOFError, LinkClosed: if the parent is gone.
         """
-        self._channels.control.send(Ready(self._simulation.run, self._not_resumed_because))
+        self._channels.control.send(
+            Ready(self._simulation.run, tuple(self._simulation.bodies), self._not_resumed_because)
+        )
         try:
             while not self.stopped:
                 self.cycle()

@@ -85,6 +85,35 @@ def test_a_mission_outlives_broker_and_world_and_its_fleet_ends_in_order(
         assert snapshot_truth(kept).samples["sample_1"].ref == "bay_7"
 
 
+def test_a_fleet_follows_changes_of_its_world_and_keeps_them_when_it_starts_again(
+    api: TestClient, broker: Mosquitto, tmp_path: Path
+) -> None:
+    kept = tmp_path / "fleet"
+    changes = f"/v1/worlds/{WORLD}/changes"
+    robot = {"name": "yard_3", "compartment": "yard", "start": [4, 1.4, -90]}
+    edits = [
+        {"edit": "add_sample", "sample": {"name": "sample_9", "at": "door_2"}},
+        {"edit": "remove_robot", "name": "yard_2"},
+        {"edit": "add_robot", "robot": robot},
+    ]
+    with macta_fleet(kept, "--broker", broker.url, "--speed", "10"):
+        awaited(lambda: connections(api), {"online"}.__eq__)
+        api.post(changes, json={"reason": "a test", "edits": edits}).raise_for_status()
+        awaited(lambda: api.get(changes).json()["items"][0]["delivery"], "taken_up".__eq__)
+        assert {one["id"] for one in api.get("/v1/robots").json()["items"]} == {
+            "yard_1",
+            "yard_3",
+            "store_1",
+            "store_2",
+        }
+        awaited(lambda: connections(api), {"online"}.__eq__)
+    with macta_fleet(kept, "--broker", broker.url, "--speed", "10"):
+        awaited(lambda: connections(api), {"online"}.__eq__)
+        mission = started(api, "move sample_9 to bay_7 with yard_3 and store_2")
+        assert ended(api, mission)["state"] == "completed"
+        assert place_of(api, "sample_9") == "bay_7"
+
+
 def keep_a_world(folder: Path) -> str:
     """A snapshot of the world at its start, as a fleet keeps it; its run."""
     world = load_world(WORLD)

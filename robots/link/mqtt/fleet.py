@@ -20,7 +20,7 @@ from robots.link.mqtt.topics import (
     robot_topic,
     world_topic,
 )
-from robots.wire import Message, Telemetry
+from robots.wire import WORLD, Message, Telemetry
 
 ANNOUNCE_INTERVAL_S = 1.0
 QUEUED_A_ROBOT = 100
@@ -70,13 +70,28 @@ class FleetLink:
             will=self._announcement(ConnectionState.CONNECTION_BROKEN),
             on_connected=lambda: self._announcement(ConnectionState.ONLINE),
         )
-        self._robots = {robot: self._session(broker, robot) for robot in robots}
+        self._broker = broker
+        self._robots = {robot: self._session(broker, robot) for robot in (*robots, WORLD)}
+        """The clients of the robots, and one for messages to and from the world itself."""
         self._reactor = Reactor(
             [self._world_session, *self._robots.values()], broker=str(broker), wall_s=wall_s
         )
 
     def start(self) -> None:
         self._reactor.start()
+
+    def serve(self, robots: Iterable[str]) -> None:
+        """Speak for these robots from now on."""
+        wanted = {*robots, WORLD}
+        gone = {robot: session for robot, session in self._robots.items() if robot not in wanted}
+        new = {robot: self._session(self._broker, robot) for robot in wanted - self._robots.keys()}
+        kept = {robot: session for robot, session in self._robots.items() if robot in wanted}
+        self._robots = {**kept, **new}
+        for session in new.values():
+            self._reactor.add(session)
+        for robot, session in gone.items():
+            session.publish(self._presence(robot, ConnectionState.OFFLINE))
+            self._reactor.remove(session)
 
     @property
     def connected(self) -> bool:
@@ -117,6 +132,8 @@ class FleetLink:
 
     def send(self, message: Message) -> None:
         """Send as the robot that is the message's sender. Dropped while the broker is unreachable."""
+        if message.sender not in self._robots:
+            return  # it was removed, or is about to be served: what matters is repeated
         channel = channel_of(message)
         content = message.body if isinstance(message.body, Telemetry) else message
         self._robots[message.sender].publish(
@@ -139,18 +156,20 @@ class FleetLink:
 
     def _announce_offline(self) -> None:
         for robot, session in self._robots.items():
-            session.publish(self._presence(robot, ConnectionState.OFFLINE))
+            if robot != WORLD:
+                session.publish(self._presence(robot, ConnectionState.OFFLINE))
         self._world_session.publish(self._announcement(ConnectionState.OFFLINE))
 
     def _session(self, broker: Broker, robot: str) -> Session:
+        is_robot = robot != WORLD  # the world says by its announcements whether it is there
         return Session(
             broker,
             f"macta-{self._world}-{robot}",
             subscriptions=[
                 (robot_topic(self._world, robot, c), c.qos) for c in (Channel.ORDER, Channel.INSTANT_ACTIONS)
             ],
-            will=self._presence(robot, ConnectionState.CONNECTION_BROKEN),
-            on_connected=lambda: self._presence(robot, ConnectionState.ONLINE),
+            will=self._presence(robot, ConnectionState.CONNECTION_BROKEN) if is_robot else None,
+            on_connected=lambda: self._presence(robot, ConnectionState.ONLINE) if is_robot else None,
             on_arrival=self._receive,
             queued=QUEUED_A_ROBOT,
         )

@@ -46,11 +46,29 @@ class Reactor:
         self.refused = False
         """True if the broker is reachable but refuses a client."""
         self._thread = threading.Thread(target=self._run, name="mqtt", daemon=True)
+        self._has_new = False
         for session in self._sessions:
-            session.wake = self._wake
-            session.client.user_data_set(session)
-            session.client.on_socket_open = self._opened
-            session.client.on_socket_close = self._closed
+            self._adopt(session)
+
+    def _adopt(self, session: Session) -> None:
+        session.wake = self._wake
+        session.client.user_data_set(session)
+        session.client.on_socket_open = self._opened
+        session.client.on_socket_close = self._closed
+
+    def add(self, session: Session) -> None:
+        """Serve another session, from any thread."""
+        self._adopt(session)
+        self._sessions = [*self._sessions, session]
+        self._has_new = True
+        self._wake(None)
+
+    def remove(self, session: Session) -> None:
+        """Send what is queued for a session, and disconnect it; from any thread."""
+        session.retired = True
+        session.disconnecting = True
+        session.client.disconnect()
+        self._wake(session)
 
     @property
     def complaint(self) -> str:
@@ -81,7 +99,8 @@ class Reactor:
         check_s = 0.0
         while not self._stop:
             self._poll(CHECK_INTERVAL_S)
-            if self._wall_s() >= check_s:
+            if self._wall_s() >= check_s or self._has_new:
+                self._has_new = False
                 check_s = self._wall_s() + CHECK_INTERVAL_S
                 self._connect()
                 for session in self._sessions:

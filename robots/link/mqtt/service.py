@@ -58,11 +58,10 @@ class ServiceLink:
         wall_s: Callable[[], float] = time.monotonic,
     ) -> None:
         """
-        :param robots: those whose messages are received; none: only the fleet's announcements.
+        :param robots: the world's; none: only the fleet's announcements are received.
         :param digest: of the world file; a fleet that drives another one is ignored.
         """
         self._world = world
-        self._names = frozenset(robots)
         self._digest = digest
         self.clock = FollowingClock(wall_s)
         self._inbox = Inbox()
@@ -77,7 +76,7 @@ class ServiceLink:
             f"macta-service-{world}-{uuid.uuid4().hex[:12]}",  # replicas receive the same messages
             subscriptions=[
                 (world_topic(world), 1),
-                *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED if self._names),
+                *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED if tuple(robots)),
             ],
             on_arrival=self._receive,
         )
@@ -148,7 +147,7 @@ class ServiceLink:
                 )
                 return
             robot, channel = robot_and_channel(publication.topic) or ("", Channel.STATE)
-            if robot in self._names:
+            if robot:
                 self._dispatch(robot, channel, publication)
         except ValidationError as error:
             self._inbox.reject(publication.topic, error)

@@ -280,6 +280,7 @@ def test_a_world_whose_process_is_killed_goes_on_from_its_snapshot(tmp_path: Pat
 def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
     class Dying:
         run = "r"
+        robots = ()
         not_resumed_because = ""
         pid = 1
 
@@ -310,6 +311,7 @@ def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
 def test_a_new_process_that_cannot_be_commanded_is_ended() -> None:
     class Deaf:
         run = "r"
+        robots = ()
         not_resumed_because = ""
         pid = 1
         is_stopped = False
