@@ -119,7 +119,7 @@ def test_two_packages_with_one_name_are_told_by_the_list(tmp_path: Path) -> None
         ("rested = ", "tired = ", "register tired as empty"),
         ("rested:Rested", "rested:Nobody", "cannot be loaded"),
         ("macta.conditions", "macta.stimuli", "no subclass of robots.reactive.stimuli.Stimulus"),
-        ("macta.conditions", "macta.moods", "there is no group macta.moods; choices: macta.bodies"),
+        ("macta.conditions", "macta.moods", "there is no group macta.moods; choices: macta.avoidances"),
     ],
 )
 def test_the_python_of_an_installed_pack_is_checked(
