@@ -44,6 +44,26 @@ interface WorldLayout {
   link?: unknown;
 }
 
+interface WorldEdit {
+  edit: string;
+  name?: string;
+  at?: number[];
+  sample?: { name: string; at: string };
+  robot?: { name: string };
+  place?: { name: string };
+}
+
+interface WorldEdition {
+  edition: number;
+  edits: WorldEdit[];
+  actor: string;
+  reason: string;
+  undoes: number | null;
+  undone_by: number | null;
+  delivery: "pending" | "taken_up" | "refused";
+  detail: string;
+}
+
 interface UnknownThing {
   name: string;
   reason: string;

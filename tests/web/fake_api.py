@@ -49,6 +49,41 @@ def known(records: dict[str, dict[str, Any]], name: str) -> dict[str, Any]:
     return records[name]
 
 
+def add_changes(app: FastAPI, service: FakeService) -> None:
+    v1 = [Depends(require_token)]
+
+    @app.get("/v1/worlds/{world}/changes", dependencies=v1)
+    def changes(world: str) -> Any:
+        return items(service.changes)
+
+    @app.post("/v1/worlds/{world}/changes", dependencies=v1)
+    def change(world: str, body: dict[str, Any], request: Request) -> Any:
+        assert request.headers["if-match"] == f'"{service.edition}"'
+        return note_change(body)
+
+    def note_change(body: dict[str, Any]) -> dict[str, Any]:
+        service.edition += 1
+        made = {"actor": "somebody", "undone_by": None, "delivery": "taken_up", "detail": "", **body}
+        service.changes.insert(0, made | {"edition": service.edition})
+        return service.changes[0]
+
+    @app.post("/v1/worlds/{world}/changes:check", dependencies=v1)
+    def check_change(world: str, body: dict[str, Any]) -> Any:
+        taken = {fact["args"][1] for fact in service.facts}
+        for edit in body["edits"]:
+            if edit["edit"] == "add_sample" and edit["sample"]["at"] in taken:
+                taken_by = {"title": "Place occupied", "detail": f"{edit['sample']['at']} is taken"}
+                return JSONResponse(taken_by, 409, media_type="application/problem+json")
+        return {}
+
+    @app.post("/v1/worlds/{world}/changes/{edition}:undo", dependencies=v1)
+    def undo_change(world: str, edition: int) -> Any:
+        (undone,) = (one for one in service.changes if one["edition"] == edition)
+        made = note_change({"edits": undone["edits"], "reason": f"undoes edition {edition}"})
+        undone["undone_by"] = made["edition"]
+        return made
+
+
 def add_goals(app: FastAPI, service: FakeService) -> None:
     """Goals and plans."""
     v1 = [Depends(require_token)]
@@ -195,6 +230,7 @@ def create_app(service: FakeService) -> FastAPI:
     def unknown(world: str) -> Any:
         return items(service.unknown)
 
+    add_changes(app, service)
     add_goals(app, service)
     add_missions(app, service)
 

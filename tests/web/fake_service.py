@@ -126,6 +126,8 @@ class FakeService:
         self.undrivable: dict[str, str] = {}
         self.last_heard_s = 0.1
         self.edition = 0
+        self.changes: list[dict[str, Any]] = []
+        """Editions of the world, newest first."""
         self.tuning: dict[str, Any] = {"version": 0, "delivery": "untouched", "tuning": {}, "set_out": {}}
         self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
         self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}

@@ -6,7 +6,7 @@ import { responseOrder, throttled } from "./page/store.js";
 
 const RETRY_MS = 1000;
 const PAGE = 50;
-const MAX_SINGLE_REQUESTS = 8; // if more items have changed, requesting the whole page is quicker
+const MAX_SINGLE_REQUESTS = 8; // beyond, the whole page is quicker
 const MAX_LIMIT = 1000;
 
 /**
@@ -172,10 +172,9 @@ export function createLoading(store, track) {
     if (kind === "plan") changes.plan = true;
     else if (kind === "world") {
       changes.world = true;
-      changes.robots ||= type === "world.changed";
       changes.plan ||= store.get().plan?.state === "proposed"; // the change may have outdated it
     } else if (!mission && kind !== "goal") changes.all = true;
-    if (kind === "mission" || kind === "script") changes.robots = true;
+    if (/^(mission|script|world.changed)/.test(type)) changes.robots = true;
     refresh();
   }
 

@@ -54,7 +54,7 @@ export function put(path, body, headers = {}) {
 }
 
 /** @param {string} method @param {string} path @param {object} body @param {Record<string, string>} more */
-async function send(method, path, body, more = {}) {
+export async function send(method, path, body, more = {}) {
   const headers = { ...more, "content-type": "application/json", accept: "application/json", "idempotency-key": randomKey() };
   return parsed(await request(path, { method, headers, body: JSON.stringify(body) }));
 }

@@ -1,14 +1,17 @@
 // The live map, which needs no WebGL. A click selects a robot, or a sample and then its destination.
 
 import { get, id } from "../page/api.js";
-import { closest, el } from "../page/dom.js";
+import { closest, el, fetchStyle } from "../page/dom.js";
 import { responseOrder } from "../page/store.js";
 import { createDrawing } from "./drawing.js";
 
 /** @param {Store} store @param {Telemetry} telemetry @param {(picked: Picked) => void} onPick */
 export function createMap(store, telemetry, onPick) {
   const drawing = createDrawing();
-  const node = el("div", { class: "map", "data-testid": "map" }, drawing.node);
+  const edit = el("button", { type: "button", class: "edit-world", "aria-pressed": "false", "data-testid": "edit-world", onclick: () => openEditor().catch(() => (editor = null)) }, "Edit the world");
+  const node = el("div", { class: "map", "data-testid": "map" }, drawing.node, edit);
+  /** @type {ReturnType<typeof import("./editor.js").createEditor> | null} */
+  let editor = null; // fetched when first needed
   const factsOrder = responseOrder();
   /** @type {string | null} */
   let world = null;
@@ -28,6 +31,7 @@ export function createMap(store, telemetry, onPick) {
     if (isReplaying || world !== name) return; // a recording or another world was opened meanwhile
     drawing.showLayout(known.layout);
     edition = known.edition;
+    await editor?.load();
     hasLayout = true;
     version = null;
     await loadFacts(name);
@@ -46,13 +50,25 @@ export function createMap(store, telemetry, onPick) {
     drawing.showSamples(new Map(items.filter((fact) => fact.predicate === "in").map(({ args: [sample, place] }) => [sample, place])));
   }
 
+  async function openEditor() {
+    if (editor === null) {
+      const [{ createEditor }] = await Promise.all([import("./editor.js"), fetchStyle("style/editor.css")]);
+      editor ??= createEditor(drawing.node, () => world);
+      node.append(editor.node);
+    }
+    const isOpen = Boolean(editor.node.hidden);
+    edit.setAttribute("aria-pressed", String(isOpen));
+    await editor.open(isOpen);
+  }
+
   /** @param {Event} event */
   function pick(event) {
     const mark = closest(event, "[data-name], [data-robot]");
     if (!mark) return;
     const { name = "", robot } = mark.dataset;
-    if (robot) onPick({ kind: "robot", name: robot });
-    else onPick({ kind: mark.classList.contains("sample-mark") ? "sample" : "place", name });
+    /** @type {Picked} */
+    const picked = robot ? { kind: "robot", name: robot } : { kind: mark.classList.contains("sample-mark") ? "sample" : "place", name };
+    if (!editor?.pick(picked)) onPick(picked);
   }
 
   drawing.node.addEventListener("click", pick);

@@ -1,0 +1,83 @@
+"""The world is edited on its map: what is dragged, picked and added is a draft until it is made with a reason."""
+
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.chromium import NEEDED
+from tests.web.fake_service import FakeService
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+pytestmark = NEEDED
+
+
+@pytest.fixture
+def editing(page: "Page") -> "Page":
+    """The console with the editor open."""
+    page.locator("#as-map").click()
+    page.get_by_test_id("edit-world").click()
+    page.get_by_label("Place of the new sample").locator("option").first.wait_for(state="attached")
+    return page
+
+
+def test_a_place_is_dragged_a_sample_added_and_one_removed_together(
+    editing: "Page", service: FakeService
+) -> None:
+    from playwright.sync_api import expect
+
+    name = editing.get_by_label("Name of the new sample")
+    name.fill("sample_9")
+    editing.get_by_label("Place of the new sample").select_option("door_1")
+    editing.get_by_test_id("edit-add").click()
+    expect(editing.get_by_test_id("edit-problem")).to_contain_text("door_1 is taken")
+    editing.get_by_label("Leave out: add sample sample_9 at door_1").click()
+    expect(editing.get_by_test_id("edit-problem")).to_be_empty()
+    name.fill("sample_9")
+    editing.get_by_label("Place of the new sample").select_option("bay_1")
+    editing.get_by_test_id("edit-add").click()
+
+    mark = editing.locator(".place-mark[data-name=bay_7] rect")
+    before = mark.bounding_box()
+    assert before is not None
+    x, y = before["x"] + before["width"] / 2, before["y"] + before["height"] / 2
+    editing.mouse.move(x, y)
+    editing.mouse.down()
+    editing.mouse.move(x, y + before["height"], steps=4)  # a place is drawn 0.48 m high
+    editing.mouse.up()
+    editing.locator(".sample-mark[data-name=sample_1] rect").click()
+    expect(editing.get_by_test_id("edits").locator("li")).to_have_count(3)
+    editing.get_by_test_id("edit-reason").fill("a delivery")
+    editing.get_by_test_id("edit-make").click()
+    expect(editing.get_by_test_id("edits").locator("li")).to_have_count(0)
+    expect(editing.get_by_test_id("changes")).to_contain_text("remove sample sample_1")
+
+    (made,) = service.changes
+    added, moved, removed = made["edits"]
+    assert made["reason"] == "a delivery"
+    assert added == {"edit": "add_sample", "sample": {"name": "sample_9", "at": "bay_1"}}
+    assert (moved["edit"], moved["name"]) == ("move_place", "bay_7")
+    assert moved["at"] == pytest.approx([4.5, 5.2 - 0.48], abs=0.05)
+    assert removed == {"edit": "remove_sample", "name": "sample_1"}
+
+
+def test_a_change_is_undone_once(editing: "Page", service: FakeService) -> None:
+    from playwright.sync_api import expect
+
+    editing.locator(".sample-mark[data-name=sample_1] rect").click()
+    editing.get_by_test_id("edit-reason").fill("it broke")
+    editing.get_by_test_id("edit-make").click()
+    editing.get_by_test_id("undo-1").click()
+    expect(editing.get_by_test_id("changes")).to_contain_text("undone by 2")
+    expect(editing.get_by_test_id("undo-1")).to_have_count(0)
+    assert [change["edition"] for change in service.changes] == [2, 1]
+
+
+def test_what_is_picked_makes_a_goal_again_once_the_editor_is_closed(editing: "Page") -> None:
+    from playwright.sync_api import expect
+
+    editing.get_by_test_id("edit-world").click()
+    editing.locator(".sample-mark[data-name=sample_1] rect").click()
+    expect(editing.locator("#pick-note")).to_contain_text("sample_1")
+    expect(editing.get_by_test_id("editor")).to_be_hidden()
