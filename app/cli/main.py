@@ -84,7 +84,9 @@ def serve(
 @app.command()
 def demo(
     world: World = None,
-    goal: Annotated[str, typer.Option(help="Goal, as a sentence or fact.")] = "move sample_1 to bay_7",
+    goal: Annotated[
+        str | None, typer.Option(help="Goal, as a sentence or fact.", show_default="the pack's example")
+    ] = None,
     pack: PackNames = None,
     speed: Annotated[float | None, typer.Option(min=0.01, help="World seconds per wall-clock second.")] = 4.0,
     flat_out: Annotated[bool, typer.Option(help="Run as fast as possible; overrides --speed.")] = False,
@@ -95,7 +97,10 @@ def demo(
 
     with reported_errors():
         packs = packs_of(pack)
-        leave(run(named_world(world, packs), packs, goal, None if flat_out else speed, seed))
+        wanted = goal or packs.example
+        if not wanted:
+            fail("give --goal")
+        leave(run(named_world(world, packs), packs, wanted, None if flat_out else speed, seed))
 
 
 @app.command()

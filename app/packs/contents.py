@@ -17,12 +17,15 @@ class PackContents(BaseModel):
 
     `senses` are facts that its robots perceive beside those that all do.
 
+    `example` is a goal of its first world, as a sentence.
+
     `source` is the folder or the package that it comes from, `needs` other packs with the least version of each.
     """
 
     name: str
     version: str
     about: str
+    example: str
     source: str
     needs: dict[str, str]
     actions: Sequence[str]
@@ -45,6 +48,7 @@ def contents_of(pack: Pack) -> PackContents:
         name=pack.name,
         version=pack.version,
         about=pack.about,
+        example=pack.example,
         source=pack.source,
         needs=dict(pack.needs),
         actions=[action.name for part in parts for action in part.actions],

@@ -31,6 +31,7 @@ def store_pack() -> Pack:
         place=STORE,
         source=SHIPS,
         about="The sample store and the object relocation task.",
+        example="move sample_1 to bay_7",
         knowledge_bases=(shipped_knowledge_base(),),
         libraries=(shipped_library(),),
         packets=_shipped_packets(),

@@ -24,11 +24,15 @@ Version = Annotated[str, Field(pattern=r"^\d{1,9}(\.\d{1,9}){0,3}$", coerce_numb
 
 
 class Manifest(Checked):
-    """The file `pack.yaml`; `needs` are other packs with the least version of each."""
+    """The file `pack.yaml`.
+
+    `needs` are other packs with the least version of each, `example` is a goal of the first world.
+    """
 
     name: Name
     version: Version
     about: str = Field(default="", max_length=400)
+    example: str = Field(default="", max_length=400)
     needs: dict[Name, Version] = Field(default_factory=dict)
 
 
@@ -46,6 +50,7 @@ class Pack:
     place: str
     source: str
     about: str = ""
+    example: str = ""
     needs: Mapping[str, str] = field(default_factory=dict)
     knowledge_bases: tuple[Path, ...] = ()
     libraries: tuple[Path, ...] = ()
@@ -96,6 +101,7 @@ def read_pack(folder: Path, shipped_as: str = "") -> Pack:
             place=manifest.name if shipped_as else str(folder),
             source=shipped_as or str(folder),
             about=manifest.about,
+            example=manifest.example,
             needs=manifest.needs,
             knowledge_bases=_present(folder / KNOWLEDGE_BASE),
             libraries=_present(folder / LIBRARY),

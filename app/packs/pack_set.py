@@ -92,6 +92,11 @@ class Packs:
             raise PackError(f"no world is in the packs {self.names}; give --world")
         return names[0]
 
+    @property
+    def example(self) -> str:
+        """A goal of the default world, as a sentence; empty if the pack of that world has none."""
+        return next((pack.example for pack in reversed(self.packs) if pack.worlds), "")
+
     def knowledge_base(self) -> KnowledgeBase:
         """:raises PackError: naming the file, the line and the slot of what is wrong with it."""
         if not self.knowledge_bases:

@@ -2,12 +2,15 @@
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import pytest
 
 from app.cli.goal_input import read_goals
 from app.cli.simulated_mission import simulate_mission
 from app.domain.world_model import initial_facts
+from app.packs import SHIPPED
+from app.packs.errors import PackError
 from app.packs.find import load_packs
 from app.packs.pack_set import Packs
 from app.trials.offline_mission import Mission, goal_problem, plan_mission
@@ -18,6 +21,7 @@ from robots.wire import ReadingResult
 from robots.world import WorldFile, load_world
 from sim.trials.script_runner import ScriptRunner
 from sim.world.agents import agents_with
+from tests.app.packs.pack_folders import bare
 
 
 @cache
@@ -160,3 +164,18 @@ def test_a_way_round_a_slope_is_planned_where_it_is_quicker() -> None:
         for goal in ("crater_2", "site_2")
     }
     assert actions == {"crater_2": ["site_2", "crater_2"], "site_2": ["site_2"]}
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_example_of_a_pack_that_ships_is_a_goal_of_its_first_world(name: str) -> None:
+    packs = load_packs([name])
+    world = load_world(packs.default_world, worlds=packs.worlds())
+    base = packs.knowledge_base()
+    assert read_goals(world, initial_facts(world, base), [packs.example], base, packs.verbs()).goals
+
+
+def test_without_a_world_there_is_no_default_one(tmp_path: Path) -> None:
+    packs = load_packs([str(bare(tmp_path, "words"))])
+    assert packs.example == ""
+    with pytest.raises(PackError, match="no world is in the packs words; give --world"):
+        _ = packs.default_world
