@@ -51,9 +51,7 @@ class MissionService:
         with self._database.read() as session:
             _mission(session, mission_id)
             query = read_only(ResultRow).where(ResultRow.mission_id == mission_id)
-            return all_of(
-                session, query.order_by(ResultRow.at_s, ResultRow.created_at, ResultRow.kind, ResultRow.id)
-            )
+            return all_of(session, query.order_by(ResultRow.at_s, ResultRow.created_at, ResultRow.id))
 
     def result(self, mission_id: str, result_id: str) -> ResultRow:
         """One result with its content."""
