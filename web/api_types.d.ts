@@ -40,6 +40,7 @@ interface WorldLayout {
   locations?: Place[];
   obstacles?: { at: Point; radius_m: number }[];
   slopes?: Floor[];
+  keep_out?: Floor[];
   robots: { name: string; body: { kind: string } }[];
   link?: unknown;
 }
@@ -51,6 +52,7 @@ interface WorldEdit {
   sample?: { name: string; at: string };
   robot?: { name: string };
   place?: { name: string };
+  area?: Floor;
 }
 
 interface WorldEdition {

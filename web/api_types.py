@@ -87,6 +87,7 @@ class Layout(ApiModel):
     samples: tuple[Sample, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     slopes: tuple[Floor, ...] = ()
+    keep_out: tuple[Floor, ...] = ()
 
     @property
     def berths(self) -> frozenset[str]:

@@ -19,6 +19,7 @@ class Theme:
     floors: tuple[Colour, Colour]
     aisles: tuple[Colour, Colour]
     slope: Colour
+    keep_out: Colour
     trim: Colour
 
 
@@ -26,12 +27,14 @@ LIGHT = Theme(
     floors=((206, 211, 205), (194, 203, 208)),
     aisles=((205, 208, 196), (192, 204, 205)),
     slope=(211, 201, 180),
+    keep_out=(222, 170, 164),
     trim=(46, 52, 54),
 )
 DARK = Theme(
     floors=((58, 66, 70), (50, 60, 68)),
     aisles=((66, 74, 70), (54, 70, 72)),
     slope=(78, 72, 60),
+    keep_out=(112, 58, 58),
     trim=(176, 184, 186),
 )
 WALL: Colour = (120, 128, 126)

@@ -23,7 +23,7 @@ export function createDrawing() {
   let places = new Map();
 
   /** @param {WorldLayout} layout */
-  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [], slopes = [] }) {
+  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [], slopes = [], keep_out: closed = [] }) {
     const left = Math.min(...floors.map((floor) => floor.x[0])) - MARGIN_M;
     const top = Math.max(...floors.map((floor) => floor.y[1])) + MARGIN_M;
     width = Math.max(...floors.map((floor) => floor.x[1])) + MARGIN_M - left;
@@ -39,6 +39,7 @@ export function createDrawing() {
       floors.map((floor) => rectangle(floor, "floor")),
       floors.flatMap((floor) => (floor.aisles ?? []).map((aisle) => rectangle(aisle, "aisle"))),
       slopes.map((slope) => rectangle(slope, "slope")),
+      closed.map((area) => rectangle(area, "keep-out")),
       locations.map(placeMark),
       walls.map(wall),
       obstacles.map((rock) => svg("circle", { cx: rock.at[0], cy: -rock.at[1], r: rock.radius_m, class: "rock" })),
@@ -139,8 +140,8 @@ function button(kind, name, label, ...marks) {
 }
 
 /** @param {Floor} floor @param {string} kind */
-function rectangle({ x, y }, kind) {
-  return svg("rect", { x: x[0], y: -y[1], width: x[1] - x[0], height: y[1] - y[0], class: kind });
+function rectangle({ name, x, y }, kind) {
+  return svg("rect", { "data-name": name, x: x[0], y: -y[1], width: x[1] - x[0], height: y[1] - y[0], class: kind });
 }
 
 /** @param {string} content @param {number} x @param {number} y @param {string | null} dy */

@@ -1,12 +1,13 @@
-// Editing a world on its map: samples are added and removed, places dragged; the changes so far, each to be undone.
+// Editing a world on its map: samples are added and removed, places dragged, areas closed; the changes so far, each to be undone.
 
 import { get, id, post, send } from "../page/api.js";
-import { closest, el, replace, show } from "../page/dom.js";
+import { closest, el, replace, show, svg } from "../page/dom.js";
 import { attempt } from "../page/problem.js";
 
 const STEP_M = 0.05; // of dragged places
+const LEAST_AREA_M = 0.2; // what is drawn smaller is a slip of the hand
 
-/** @param {Node} drawing where the map is drawn @param {() => string | null} world the name of the world that is shown */
+/** @param {HTMLElement} drawing where the map is drawn @param {() => string | null} world the name of the world that is shown */
 export function createEditor(drawing, world) {
   /** @type {{edits: WorldEdit[], edition: number, places: Map<string, Place>}} */
   const draft = { edits: [], edition: 0, places: new Map() };
@@ -20,7 +21,7 @@ export function createEditor(drawing, world) {
   const node = el(
     "section",
     { class: "editor", "aria-label": "Editing the world", hidden: true, "data-testid": "editor" },
-    el("p", { class: "quiet small" }, "Drag a place to move it, pick a sample to remove it."),
+    el("p", { class: "quiet small" }, "Drag a place to move it, pick a sample to remove it. Draw an area on the floor to keep robots out, pick one to open it."),
     el("form", { class: "row", onsubmit: addSample }, name, "at", place, el("button", { "data-testid": "edit-add" }, "Add sample")),
     listed,
     el("form", { class: "row", onsubmit: submit }, reason, make),
@@ -71,6 +72,7 @@ export function createEditor(drawing, world) {
   function drop(edit) {
     draft.edits = draft.edits.filter((one) => one !== edit);
     if (edit.edit === "move_place") mark(edit.name ?? "")?.removeAttribute("transform");
+    if (edit.area) drawing.querySelector(`.keep-out[data-name="${edit.area.name}"]`)?.remove();
     list();
     return check();
   }
@@ -106,34 +108,53 @@ export function createEditor(drawing, world) {
   }
 
   /** @param {string} placed */
-  const mark = (placed) => /** @type {Element} */ (drawing).querySelector(`.place-mark[data-name="${placed}"]`);
+  const mark = (placed) => drawing.querySelector(`.place-mark[data-name="${placed}"]`);
 
   /** @param {PointerEvent} start */
-  function drag(start) {
+  function begin(start) {
+    const space = closest(start, ".map-drawing");
+    if (node.hidden || !(space instanceof SVGSVGElement)) return;
     const moved = closest(start, ".place-mark");
     const known = draft.places.get(moved?.dataset.name ?? "");
-    const space = moved instanceof SVGGraphicsElement ? moved.ownerSVGElement : null;
-    if (node.hidden || !moved || !known || !space) return;
-    const at = (/** @type {PointerEvent} */ event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(space.getScreenCTM()?.inverse());
-    const from = at(start);
-    let way = [0, 0];
-    const move = (/** @type {PointerEvent} */ event) => {
-      const to = at(event);
-      way = [to.x - from.x, to.y - from.y];
-      moved.setAttribute("transform", `translate(${way[0]} ${way[1]})`);
-    };
-    const release = () => {
-      removeEventListener("pointermove", move);
-      removeEventListener("pointerup", release);
-      const target = known.at.map((value, axis) => Math.round((value + (axis ? -way[1] : way[0])) / STEP_M) * STEP_M);
-      if (Math.hypot(...way) < STEP_M) moved.removeAttribute("transform");
-      else add({ edit: "move_place", name: known.name, at: target.map((value) => Number(value.toFixed(2))) });
-    };
-    addEventListener("pointermove", move);
-    addEventListener("pointerup", release);
+    const closed = closest(start, ".keep-out")?.dataset.name;
+    if (moved && known) drag(start, space, moved, known);
+    else if (closed && !draft.edits.some((edit) => edit.area?.name === closed)) add({ edit: "remove_keep_out", name: closed });
+    else if (!moved && !closest(start, ".sample-mark, .robot-mark")) outline(start, space);
+    else return;
     start.preventDefault();
   }
-  drawing.addEventListener("pointerdown", (event) => drag(/** @type {PointerEvent} */ (event)));
+
+  /** @param {PointerEvent} start @param {SVGSVGElement} space @param {Element} moved @param {Place} known */
+  function drag(start, space, moved, known) {
+    let way = [0, 0];
+    track(start, space, (from, to) => {
+      way = [to.x - from.x, to.y - from.y];
+      moved.setAttribute("transform", `translate(${way[0]} ${way[1]})`);
+    }, () => {
+      if (Math.hypot(...way) < STEP_M) moved.removeAttribute("transform");
+      else add({ edit: "move_place", name: known.name, at: known.at.map((value, axis) => inSteps(value + (axis ? -way[1] : way[0]))) });
+    });
+  }
+
+  /** @param {PointerEvent} start @param {SVGSVGElement} space */
+  function outline(start, space) {
+    const shape = svg("rect", { class: "keep-out" });
+    /** @type {{x: Point, y: Point}} */
+    let sides = { x: [0, 0], y: [0, 0] };
+    track(start, space, (from, to) => {
+      sides = { x: interval(from.x, to.x), y: interval(-from.y, -to.y) };
+      const drawn = { x: sides.x[0], y: -sides.y[1], width: sides.x[1] - sides.x[0], height: sides.y[1] - sides.y[0] };
+      for (const [side, value] of Object.entries(drawn)) shape.setAttribute(side, String(value));
+      space.append(shape);
+    }, () => {
+      if (Math.min(sides.x[1] - sides.x[0], sides.y[1] - sides.y[0]) < LEAST_AREA_M) return shape.remove();
+      let number = 1;
+      while (drawing.querySelector(`.keep-out[data-name="closed_${number}"]`)) number += 1;
+      shape.setAttribute("data-name", `closed_${number}`);
+      return add({ edit: "add_keep_out", area: { name: `closed_${number}`, ...sides } });
+    });
+  }
+  drawing.addEventListener("pointerdown", (event) => begin(/** @type {PointerEvent} */ (event)));
 
   list();
   return {
@@ -154,9 +175,35 @@ export function createEditor(drawing, world) {
   };
 }
 
+/**
+ * Follows the pointer until it is released. @param {PointerEvent} start @param {SVGSVGElement} space in whose units
+ * @param {(from: DOMPoint, to: DOMPoint) => void} move @param {() => unknown} release
+ */
+function track(start, space, move, release) {
+  const at = (/** @type {PointerEvent} */ event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(space.getScreenCTM()?.inverse());
+  const from = at(start);
+  const moved = (/** @type {PointerEvent} */ event) => move(from, at(event));
+  const released = () => {
+    removeEventListener("pointermove", moved);
+    removeEventListener("pointerup", released);
+    release();
+  };
+  addEventListener("pointermove", moved);
+  addEventListener("pointerup", released);
+}
+
+/** @param {number} value metres */
+const inSteps = (value) => Number((Math.round(value / STEP_M) * STEP_M).toFixed(2));
+/** @param {number} one @param {number} other @returns {Point} */
+const interval = (one, other) => [inSteps(Math.min(one, other)), inSteps(Math.max(one, other))];
+
+const KINDS = /** @type {Record<string, string>} */ ({ keep_out: "area" });
+
 /** @param {WorldEdit} edit */
-function inWords({ edit, name, sample, robot, place, at }) {
-  const [verb, kind] = edit.split("_");
+function inWords({ edit, name, sample, robot, place, area, at }) {
+  const [verb, ...words] = edit.split("_");
+  const kind = words.join("_");
   const where = at ? ` to (${at.join(", ")})` : sample ? ` at ${sample.at}` : "";
-  return `${verb} ${kind} ${name ?? (sample ?? robot ?? place)?.name}${where}`;
+  const said = kind === "keep_out" ? { add: "close", remove: "open" }[verb] : verb;
+  return `${said} ${KINDS[kind] ?? kind} ${name ?? (sample ?? robot ?? place ?? area)?.name}${where}`;
 }
