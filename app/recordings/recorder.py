@@ -8,7 +8,7 @@ from typing import Any
 
 from app.agents import RobotBoard
 from app.core import Core
-from app.domain.events import FactsChanged, ResultReceived
+from app.domain.events import FactsChanged, ResultReceived, WorldChanged
 from app.domain.lifecycles.mission import ENDED
 from app.recordings.clock_map import ClockMap
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
@@ -152,11 +152,21 @@ class Recorder:
                 self._write_event(recording, row)
             if row.type == FactsChanged.TYPE:
                 moved.add(row.subject)
+            elif row.type == WorldChanged.TYPE:
+                self._write_world(row.subject)
         for world in moved & {recording.world for recording in self._open.values()}:
             samples = self._bodies.samples(world)
             for recording in self._open.values():
                 if recording.world == world:
                     recording.write_samples(samples, self._clock_map.now_s(world))
+
+    def _write_world(self, world: str) -> None:
+        """Write a changed world; a replay shows the last one."""
+        changed = [recording for recording in self._open.values() if recording.world == world]
+        body = self._bodies.world(world) if changed else None
+        for recording in changed:
+            recording.places = self._bodies.places(world)
+            recording.writer.write_json(WORLD, body, self._clock_map.now_s(world))
 
     def _write_event(self, recording: MissionRecording, row: EventRow) -> None:
         """Write an event, after the result that it tells of: a killed process's successor goes on after the last event

@@ -133,7 +133,27 @@ def test_what_a_running_mission_needs_is_not_changed(api: TestClient, follow: Fo
         refused = change(api, edit)
         assert (refused.status_code, refused.json()["type"]) == (409, "urn:macta:problem:needed-by-mission")
         assert mission in refused.json()["detail"]
-    changed(api, gone("sample_3"))
+
+
+def test_the_recording_of_a_mission_has_the_world_as_it_became(
+    api: TestClient, follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.stuck.add("yard_1")
+    plan = follow(stated(api, "move sample_1 to bay_7"), "planned")["plan_id"]
+    mission = api.post(f"/v1/plans/{plan}:approve", json={}).json()["mission_id"]
+    follow(f"/v1/missions/{mission}", "running")
+    replay = f"/v1/missions/{mission}/replay"
+    until(lambda: api.get(replay).status_code == 200)
+    changed(api, NEW, {"edit": "move_place", "name": "bay_12", "at": [7.5, 7.8]})
+
+    def recorded() -> dict[str, Any]:
+        return api.get(replay).json()  # type: ignore[no-any-return]
+
+    until(lambda: {one["name"] for one in recorded()["world"]["layout"]["samples"]} >= {"sample_9"})
+    places = {place["name"]: place["at"] for place in recorded()["world"]["layout"]["locations"]}
+    assert places["bay_12"] == [7.5, 7.8]
+    until(lambda: recorded()["samples"][-1]["lying"].get("sample_9") == "door_2")
+    assert "sample_9" not in recorded()["samples"][0]["lying"]
 
 
 def test_a_change_from_an_outdated_edition_is_refused(api: TestClient) -> None:
