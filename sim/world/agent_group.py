@@ -57,6 +57,15 @@ class Tick(NamedTuple):
     is_compiled: bool
 
 
+class Makeup(NamedTuple):
+    """The agents that a group's process is to run from now on, in place of those before. Not answered."""
+
+    make_agent: AgentFactory
+    setups: Sequence[AgentSetup]
+    robots: Sequence[RemoteRobot]
+    clock: WorldClock
+
+
 class Memories(NamedTuple):
     """Asks for the agents' memories."""
 
@@ -109,8 +118,6 @@ class RemoteGroup:
 
     def __init__(self, make_agent: AgentFactory, setups: Sequence[AgentSetup], clock: WorldClock) -> None:
         """:param make_agent: a function of a module, since it is pickled. :param clock: the setups' own."""
-        self._robots: list[tuple[Body, Link]] = [(setup.body, setup.link) for setup in setups]
-        self._senders = [ReadingsSender() for _ in setups]
         ours, far = socket.socketpair()
         with far:
             code = f"from sim.world.agent_group import serve; serve({far.fileno()})"
@@ -118,11 +125,16 @@ class RemoteGroup:
             self._process = subprocess.Popen([sys.executable, "-c", code], pass_fds=[far.fileno()])
         self._connection: Connection[Any, Any] = Connection(ours.detach())
         self._close = finalize(self, _end, self._connection, self._process)
+        self.make(make_agent, setups, clock)
+
+    def make(self, make_agent: AgentFactory, setups: Sequence[AgentSetup], clock: WorldClock) -> None:
+        """Run these agents from now on, in place of those before."""
+        self._robots: list[tuple[Body, Link]] = [(setup.body, setup.link) for setup in setups]
+        self._senders = [ReadingsSender() for _ in setups]
         robots = [RemoteRobot() for _ in setups]
         pairs = zip(setups, robots, strict=True)
-        self._send(
-            (make_agent, [replace(setup, body=robot, link=robot) for setup, robot in pairs], robots, clock)
-        )
+        far = [replace(setup, body=robot, link=robot) for setup, robot in pairs]
+        self._send(Makeup(make_agent, far, robots, clock))
 
     def begin_tick(self, ticks: int) -> None:
         rest = []
@@ -186,9 +198,13 @@ def serve(handle: int) -> None:
     connection: Connection[Any, Any] = Connection(handle)
     with suppress(EOFError, OSError):
         try:
-            group = _FarGroup(*pickle.loads(connection.recv_bytes()))
+            group = _FarGroup(pickle.loads(connection.recv_bytes()))
             while True:
-                answer = group.answer(pickle.loads(connection.recv_bytes()))
+                order = pickle.loads(connection.recv_bytes())
+                if isinstance(order, Makeup):
+                    group = _FarGroup(order)
+                    continue
+                answer = group.answer(order)
                 connection.send_bytes(pickle.dumps(answer, pickle.HIGHEST_PROTOCOL))
         except (EOFError, OSError):
             raise
@@ -199,16 +215,10 @@ def serve(handle: int) -> None:
 class _FarGroup:
     """The agents of a `RemoteGroup`, in their own process."""
 
-    def __init__(
-        self,
-        make_agent: AgentFactory,
-        setups: Sequence[AgentSetup],
-        robots: Sequence[RemoteRobot],
-        clock: WorldClock,
-    ) -> None:
-        self._agents = LocalGroup(make_agent, setups)
-        self._robots = robots
-        self._clock = clock
+    def __init__(self, makeup: Makeup) -> None:
+        self._agents = LocalGroup(makeup.make_agent, makeup.setups)
+        self._robots = makeup.robots
+        self._clock = makeup.clock
 
     def answer(self, order: Tick | Memories) -> object:
         if isinstance(order, Memories):

@@ -4,7 +4,7 @@ Bit-identical for the same file, seed and messages, and for the same snapshot an
 """
 
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import dist, hypot
 
 import numpy as np
@@ -61,6 +61,7 @@ class Simulation:
         self._digest = digest_of(world)
         self._make_agent = make_agent
         self._processes = processes
+        self._far: list[RemoteGroup] = []
         self._edition = _newest(world, edition, snapshot)
         self._delivered = snapshot.delivered if snapshot else frozenset[str]()
         self.link, robots_end = InMemoryLink.pair()
@@ -123,11 +124,21 @@ class Simulation:
         setups = [self._agent_setup(spec, memories.get(spec.name)) for spec in world.robots]
         shares = np.array_split(np.arange(len(setups)), self._processes)
         mine, *others = [[setups[n] for n in share] for share in shares]
-        far = [RemoteGroup(self._make_agent, share, self.clock) for share in others if share]
+        self._make_far([share for share in others if share])
         near = LocalGroup(self._make_agent, mine)
         self.agents: Mapping[str, Agent] = near.agents
         """Those in this process."""
-        self._groups: tuple[AgentGroup, ...] = (near, *far)
+        self._groups: tuple[AgentGroup, ...] = (near, *self._far)
+
+    def _make_far(self, shares: Sequence[Sequence[AgentSetup]]) -> None:
+        """Have each share run by a process of its own, by one that is there already if possible."""
+        for group in self._far[len(shares) :]:
+            group.close()
+        self._far = self._far[: len(shares)]
+        for group, share in zip(self._far, shares, strict=False):
+            group.make(self._make_agent, share, self.clock)
+        new = shares[len(self._far) :]
+        self._far += [RemoteGroup(self._make_agent, share, self.clock) for share in new]
 
     def take_up(self, edition: Edition) -> None:
         """Go on in a changed world; between two control cycles.
@@ -147,7 +158,7 @@ class Simulation:
             raise
 
     def _rebuild(self, snapshot: WorldSnapshot) -> None:
-        self.close()
+        self.scene.close()
         self._build(snapshot)
 
     def _deliver(self) -> None:

@@ -153,6 +153,25 @@ def test_a_robot_is_added_another_removed_and_a_place_moved_while_scripts_go_on(
     assert hypot(x_m - 6.3, y_m - 1.2) < 0.3  # before the door where it is now
 
 
+def test_agents_in_processes_of_their_own_go_on_as_in_one() -> None:
+    document = FILE.model_dump()
+    robots = [one for one in document["robots"] if one["name"] != "store_1"]
+    new = {"name": "yard_3", "compartment": "yard", "start": [4, 1.4, -90]}
+    edition = Edition(1, WorldFile.model_validate({**document, "robots": [*robots, new]}))
+    truths = []
+    for processes in (1, 3):
+        simulation = Simulation(FILE, make_agent=behavioural_agent, seed=3, jitter_m=0.0, processes=processes)
+        simulation.link.send(asked_of("yard_1", ScriptRequest(script=to_the_door("yard_1"))))
+        run_s(simulation, 0.5)
+        simulation.take_up(edition)
+        simulation.link.send(asked_of("yard_3", ScriptRequest(script=to_the_door("yard_3", "door_2"))))
+        run_s(simulation, 3.0)
+        truths.append(simulation.truth())
+        simulation.close()
+    assert truths[0] == truths[1]
+    assert truths[0].robots["yard_3"].x_m > 4.2  # under way
+
+
 def asked_of(robot: str, body: ScriptRequest) -> Message:
     return Message(
         performative=Performative.REQUEST, sender="service", receiver=robot, sent_at_s=0.0, body=body
