@@ -1,14 +1,14 @@
 """Routes of changes of worlds: making and checking them, their history, and undoing them."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.bodies import Page, Request
 from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
-from app.api.parameters import Id
+from app.api.parameters import Id, Limit
 from app.api.problems import declared
 from app.api.worlds import TAGS
 from app.domain.world_model.edits import AnyEdit
@@ -17,6 +17,7 @@ from app.missions.world_changes import CheckedChange, WorldChanges
 from planner import KnowledgeBase
 from robots.wire import SymbolicFact
 
+Before = Annotated[int | None, Query(ge=1, description="`next` of the page before")]
 EXAMPLE = [
     {"edit": "add_sample", "sample": {"name": "sample_9", "at": "door_2"}},
     {"edit": "remove_sample", "name": "sample_1"},
@@ -81,11 +82,15 @@ def world_changes_router(changes: WorldChanges, knowledge_base: KnowledgeBase) -
     router = APIRouter(prefix="/v1/worlds/{world_id}", tags=TAGS)
 
     @router.get("/changes")
-    def list_changes(world_id: Id, response: Response) -> Page[EditionBody]:
-        """The changes since the world's file, newest first. The ETag is the present edition."""
-        items = [EditionBody.model_validate(row) for row in changes.history(world_id)]
-        response.headers["etag"] = etag_of(items[0].edition if items else 0)
-        return Page(items=items)
+    def list_changes(
+        world_id: Id, response: Response, limit: Limit = 100, after: Before = None
+    ) -> Page[EditionBody]:
+        """The changes since the world's file, newest first. The first page's ETag is the present edition."""
+        rows = changes.history(world_id, limit=limit + 1, before=after)
+        if after is None:
+            response.headers["etag"] = etag_of(rows[0].edition if rows else 0)
+        items = [EditionBody.model_validate(row) for row in rows[:limit]]
+        return Page(items=items, next=str(items[-1].edition) if len(rows) > limit else None)
 
     @router.post("/changes", responses=declared(409, 412))
     def change_world(

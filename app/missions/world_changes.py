@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from pydantic import TypeAdapter
 from sqlalchemy import delete, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, defer
 
 from app.core import Core
 from app.domain.errors import Conflict, Invalid, NotFound, Outdated
@@ -74,12 +74,17 @@ class WorldChanges:
         self._clocks = clocks
         self._waiting = waiting
 
-    def history(self, world: str) -> Sequence[EditionRow]:
-        """The editions since the world's file, newest first."""
+    def history(self, world: str, *, limit: int, before: int | None) -> Sequence[EditionRow]:
+        """The editions since the world's file, newest first, without their documents.
+
+        :param before: only those before this edition; None: all.
+        """
         self._refuse_unknown(world)
-        query = select(EditionRow).where(EditionRow.world == world).order_by(EditionRow.edition.desc())
+        query = select(EditionRow).where(EditionRow.world == world).options(defer(EditionRow.document))
+        if before is not None:
+            query = query.where(EditionRow.edition < before)
         with self._core.database.read() as session:
-            return session.scalars(query).all()
+            return session.scalars(query.order_by(EditionRow.edition.desc()).limit(limit)).all()
 
     def check(self, world: str, edits: Sequence[WorldEdit], *, expected: int | None) -> CheckedChange:
         """What the edits would change; raises what `change` would."""

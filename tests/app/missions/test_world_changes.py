@@ -350,3 +350,15 @@ def test_an_area_with_a_place_that_a_mission_needs_is_refused(
     refused = change(api, edit)
     assert (refused.status_code, refused.json()["thing"]) == (409, "bay_7")
     assert mission in refused.json()["detail"]
+
+
+def test_the_history_is_read_page_by_page(api: TestClient) -> None:
+    assert api.get(CHANGES).headers["etag"] == '"0"'
+    made = changed(api, NEW)
+    for edition in (made["edition"], made["edition"] + 1):
+        api.post(f"{CHANGES}/{edition}:undo").raise_for_status()
+    first = api.get(CHANGES, params={"limit": 2})
+    assert first.headers["etag"] == '"3"'
+    rest = api.get(CHANGES, params={"limit": 2, "after": first.json()["next"]}).json()
+    assert [one["edition"] for one in (*first.json()["items"], *rest["items"])] == [3, 2, 1]
+    assert rest["next"] is None
