@@ -124,7 +124,7 @@ def world_yaml(world: WorldFile) -> str:
         if isinstance(value, list):
             lines += [f"{key}:", *(f"  - {_flow(part)}" for part in value)]
         else:
-            lines.append(f"{key}: {value}")
+            lines.append(yaml.safe_dump({key: value}, default_flow_style=False, width=1000).strip())
     return "\n".join(lines) + "\n"
 
 
