@@ -77,11 +77,13 @@ def _write(text: str, out: Path | None) -> None:
 
 @commands.command("import")
 def import_world(
-    kind: Annotated[str, typer.Argument(help="Format, as an installed package names it.", metavar="FORMAT")],
+    kind: Annotated[
+        str, typer.Argument(help="Format: ros_map, or one of an installed package.", metavar="FORMAT")
+    ],
     file: Annotated[Path, typer.Argument(help="File to read.")],
     out: Annotated[Path | None, typer.Option(help="File to write (default: standard output).")] = None,
 ) -> None:
-    """Write a world file from a file of another format, which an installed package reads (docs/packs.md)."""
+    """Write a world file from a map of ROS (docs/worlds.md), or a format that an installed package reads."""
     from app.packs.importing import imported_world
     from robots.world import world_yaml
 

@@ -50,10 +50,24 @@ def test_an_imported_world_is_written_as_a_world_file(site: Path) -> None:
     assert (world.name, world.compartments[0].x, world.robots[0].name) == ("hall", (0, 6), "left")
 
 
+def test_a_map_of_ros_needs_no_package(tmp_path: Path) -> None:
+    cells = " ".join("0" if x in (0, 39) or y in (0, 29) else "254" for y in range(30) for x in range(40))
+    (tmp_path / "on.pgm").write_text(f"P2 40 30 255 {cells}")
+    (tmp_path / "on.yaml").write_text(
+        "{image: on.pgm, resolution: 0.1, origin: [0, 0, 0], negate: 0, occupied_thresh: 0.65, free_thresh: 0.2}"
+    )
+    done = CliRunner().invoke(
+        app, ("world", "import", "ros_map", str(tmp_path / "on.yaml"), "--out", str(tmp_path / "world.yaml"))
+    )
+    assert done.exit_code == 0, done.stderr
+    world = load_world(tmp_path / "world.yaml")
+    assert (world.name, len(world.walls), world.compartments[0].x) == ("on", 4, (0.1, 3.9))
+
+
 @pytest.mark.parametrize(
     ("kind", "name", "words"),
     [
-        ("columns", "map.rows", "no importer 'columns'; choices: gone, halves, rows"),
+        ("columns", "map.rows", "no importer 'columns'; choices: gone, halves, ros_map, rows"),
         (
             "rows",
             "bad.rows",
