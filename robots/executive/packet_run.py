@@ -10,7 +10,7 @@ from robots.conditions.verdict import Verdict
 from robots.errors import ResultError
 from robots.executive.events import EventWatch
 from robots.executive.memory import PacketMemory
-from robots.executive.results import taken
+from robots.executive.result_taking import taken
 from robots.executive.sensing_plan import Phase
 from robots.executive.situation import describe_situation
 from robots.perception.percepts import Percepts

@@ -15,7 +15,7 @@ from robots.reactive.avoidance import AnyAvoidance
 from robots.reactive.patterns import BehaviourPattern, Level
 from robots.reactive.stall import RETRIES, STALLED_S
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Parameter, Value
-from robots.repertoire.results import WantedResult
+from robots.repertoire.wanted_result import WantedResult
 
 TOO_FAST = "toofast"
 TOO_FAR = "toofar"

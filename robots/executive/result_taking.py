@@ -5,7 +5,7 @@ from pydantic import ValidationError
 from robots.errors import ResultError
 from robots.perception.percepts import Percepts
 from robots.physical.body import Image
-from robots.repertoire.results import WantedResult
+from robots.repertoire.wanted_result import WantedResult
 from robots.wire import MAX_IMAGE_BYTES, ImageResult, PacketResult, ReadingResult
 
 
