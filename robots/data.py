@@ -130,7 +130,8 @@ def read_yaml(text: str) -> Any:
         check_extent(text)
         return yaml.load(text, Loader=LOADER)
     except yaml.YAMLError:
-        return yaml.safe_load(text)
+        yaml.safe_load(text)
+        raise  # what only yaml's own loader accepts, such as an escape of half a character
 
 
 _SLOT = re.compile(r"[a-z]+(?:\.[A-Za-z0-9_]+)+")

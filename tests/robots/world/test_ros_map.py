@@ -169,6 +169,7 @@ def test_ascii_and_16_bit_images_are_the_same_map(tmp_path: Path, maxval: int) -
         ({"resolution": ""}, None, "resolution: Field required"),
         ({"free_thresh": "0.9"}, None, "free_thresh must be at most occupied_thresh"),
         ({"origin": "[0, 0]"}, None, "line 3, origin"),
+        ({"image": r'"\uD800"'}, None, "is not YAML: "),
         ({"image": "none.pgm"}, None, "none.pgm: there is no such file"),
         ({"negate": "1"}, None, "there is no free square of 1 m"),
         ({}, b"\x89PNG\r\n", "hall.pgm: byte 0: no PGM image, which begins with P2 or P5; convert it"),
