@@ -143,6 +143,14 @@ def test_floors_that_nothing_joins_become_compartments_and_nooks_are_left_out(tm
     assert [floor.x for floor in floors] == [(-0.95, 4.0), (4.1, 8.0)]
 
 
+def test_floors_that_touch_at_a_corner_are_two_and_walls_part_them(tmp_path: Path) -> None:
+    cells = np.full((60, 60), UNKNOWN)
+    cells[5:30, 5:30] = cells[30:55, 30:55] = FREE
+    world = imported(write_map(tmp_path, cells, resolution="0.1", origin="[0, 0, 0]"))
+    assert len(world.compartments) == 2
+    assert least_clearance_m(world, (2.5, 3.5), (3.5, 2.5)) < 0
+
+
 @pytest.mark.parametrize("maxval", [255, 100, 1000])
 def test_ascii_and_16_bit_images_are_the_same_map(tmp_path: Path, maxval: int) -> None:
     binary = imported(write_map(tmp_path, two_rooms()))
