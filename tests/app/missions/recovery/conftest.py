@@ -34,6 +34,8 @@ def start(api: TestClient, follow: Follow, team: FakeTeam) -> Start:
         yard = next(robot for robot in robots if robot.startswith("yard"))
         if fails is not None:
             team.faults.fails_at, team.faults.failures_left = {yard: fails}, times
+            # By the plan, another robot's drive ends within half a second of this failure; it is to have ended.
+            team.faults.takes_s.setdefault("DOCK", 6.0)
         mission_id = api.post(f"/v1/plans/{plan_id}:approve", json={}).json()["mission_id"]
         return f"/v1/missions/{mission_id}", yard
 
