@@ -304,9 +304,8 @@ class Service:
                 holds_lease=drives_world,
             )
             each_turn = partial(_call_all, (run.follow, each_turn))
-        links = self._files.each(lambda file: {robot.name: file.link_of(robot) for robot in file.robots})
         return AgentModels(
-            robots=lambda: links[name],
+            robots=lambda: self._files[name].links,
             link=world.link,
             clock=world.clock,
             database=self.database,

@@ -106,7 +106,7 @@ class AgentModels:
         self._communications = Communications(
             link,
             clock=clock,
-            robots=lambda: {**robots(), WORLD: LinkSpec()},
+            link_of=lambda name: LinkSpec() if name == WORLD else robots()[name],
             heard_s=lambda name: None if name == WORLD else board.view(name).heard_s,
             wall=wall,
         )

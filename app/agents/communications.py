@@ -1,6 +1,6 @@
 """Communications with one world's robots (MACTA §4, fig. 4): sends messages, and repeats them until answered."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock
@@ -28,18 +28,18 @@ class Communications:
         link: Link,
         *,
         clock: Clock,
-        robots: Callable[[], Mapping[str, LinkSpec]],
+        link_of: Callable[[str], LinkSpec],
         heard_s: Callable[[str], float | None],
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param clock: the world's.
-        :param robots: those of the world now, each with its radio.
+        :param link_of: the radio of a robot as it is now.
         :param heard_s: when a robot was last heard, by the world's clock.
         """
         self._link = link
         self._clock = clock
-        self._schedule = ResendSchedule(clock, robots, heard_s=heard_s, wall=wall)
+        self._schedule = ResendSchedule(clock, link_of, heard_s=heard_s, wall=wall)
         self._unanswered: set[str] = set()
 
     @property
@@ -102,7 +102,7 @@ class ResendSchedule:
     def __init__(
         self,
         clock: Clock,
-        robots: Callable[[], Mapping[str, LinkSpec]],
+        link_of: Callable[[str], LinkSpec],
         *,
         heard_s: Callable[[str], float | None],
         wall: WallClock,
@@ -111,7 +111,7 @@ class ResendSchedule:
         self._clock = clock
         self._heard_s = heard_s
         self._wall = wall
-        self._robots = robots
+        self._link_of = link_of
         self._sent: dict[str, _Sent] = {}
 
     @property
@@ -122,7 +122,7 @@ class ResendSchedule:
         """True if the message is to be sent now; it then counts as sent."""
         now_s = self._clock.now_s()
         wall_s = self._wall.monotonic_s()
-        min_pause_s = self._robots()[robot].round_trip_s + RESENT_S
+        min_pause_s = self._link_of(robot).round_trip_s + RESENT_S
         sent = self._sent.get(message_id)
         if sent is None:
             self._sent[message_id] = _Sent(at_s=now_s, wall_s=wall_s, pause_s=min_pause_s)

@@ -61,5 +61,4 @@ class ContactMonitor:
         return self._link(robot).next_contact_s(now_s) - now_s
 
     def _link(self, robot: str) -> LinkSpec:
-        world = self._worlds[self._board.view(robot).world]
-        return world.link_of(world.robot(robot))
+        return self._worlds[self._board.view(robot).world].links[robot]

@@ -63,7 +63,7 @@ class BeliefUpdates:
         going_on = [source_of(one.robot) for one in scripts if one.state not in STOPPED]
         for action_id in actions:
             action = net.action(action_id)
-            before = world.facts - self._knowledge_base.achieved_anew(action.effects)
+            before = world.facts - self._knowledge_base.achieved_each_time(action.effects)
             after = apply_action(before, action)
             touched = after ^ before
             for later in _done_since(net, action_id, scripts):

@@ -117,7 +117,7 @@ class Plausibility:
         presence = self._presence(robot)
         if presence is None:
             return ""
-        longest_m = self._longest_m(world, [sample.name for sample in self._worlds[world].samples])
+        longest_m = self._longest_m(world, self._worlds[world].lengths_m)
         for fact in perceived:
             within_m = (SIGHT_M if fact.predicate == "in" else PLACE_M) + longest_m
             places = fact.args[1:] if fact.predicate in ("in", "at", "near") else ()
@@ -145,7 +145,7 @@ class Plausibility:
 
     def _longest_m(self, world: str, things: Iterable[str]) -> float:
         """The greatest length of the objects: a robot at the handle of a long one is off the object's place by that."""
-        lengths_m = {sample.name: sample.length_m for sample in self._worlds[world].samples}
+        lengths_m = self._worlds[world].lengths_m
         return max((lengths_m.get(thing, 0.0) for thing in things), default=0.0)
 
 

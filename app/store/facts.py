@@ -57,12 +57,12 @@ class FactStore:
     def counting_for(
         self, session: Session, world: str, goals: Iterable[Fact], *, since_s: float | None
     ) -> frozenset[Fact]:
-        """The world's facts without those goals that are still to be achieved anew.
+        """The world's facts without those goals that are to be achieved each time and not yet achieved.
 
         :param since_s: such a goal counts as achieved if it has become true since then; None: it does not count.
         """
         facts = self.facts(session, world)
-        before = self._knowledge_base.achieved_anew(goals) & facts
+        before = self._knowledge_base.achieved_each_time(goals) & facts
         if before and since_s is not None:
             columns = (FactRow.predicate, FactRow.args)
             atoms = [str(fact) for fact in before]
@@ -181,7 +181,7 @@ class WorldFacts:
         new = [fact for fact in sorted(added) if str(fact) not in self._rows]
         again = [
             fact
-            for fact in sorted(self._knowledge_base.achieved_anew(added) - set(new))
+            for fact in sorted(self._knowledge_base.achieved_each_time(added) - set(new))
             if self._rows[str(fact)].at_s < at_s
         ]
         wrong = [old for old in gone if corrects and not _ends_as_expected(old, source)]

@@ -36,7 +36,7 @@ def goal_problem(
     """The planning problem of the goals; each names one place, not a location with several berths."""
     objects = objects_of(world)
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
-    permitted = constraints.in_world(world).applied_to(facts - knowledge_base.achieved_anew(wanted))
+    permitted = constraints.in_world(world).applied_to(facts - knowledge_base.achieved_each_time(wanted))
     problem = planning_problem(
         world, permitted, wanted, spots=initial_spots(world), knowledge_base=knowledge_base
     )

@@ -82,10 +82,12 @@ class KnowledgeBase:
             )
         )
 
-    def achieved_anew(self, facts: Iterable[Fact]) -> frozenset[Fact]:
+    def achieved_each_time(self, facts: Iterable[Fact]) -> frozenset[Fact]:
         """Those that, as goals, are to be achieved although they are true."""
         known = self.predicates
-        return frozenset(fact for fact in facts if fact.predicate in known and known[fact.predicate].anew)
+        return frozenset(
+            fact for fact in facts if fact.predicate in known and known[fact.predicate].each_time
+        )
 
     def to_relation(self, fact: Fact) -> tuple[str, tuple[str, ...]]:
         """The fact in rel/ref form: object_position(s, in, b) → ("in", ("s", "b")); others as they are."""

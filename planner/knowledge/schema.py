@@ -32,7 +32,7 @@ class PredicateSpec(Slot):
     relational: argument 1 is a relation, so the fact is also written rel(args without it).
     sensed: robots can perceive it (if `sensed_when` names arguments: only where one of those has that type).
     make_way: an action may be planned to bring this about though it is only among its other effects.
-    anew: it tells of something done, such as a picture taken: as a goal it is to be achieved although it is true.
+    each_time: it tells of something done, such as a picture taken: as a goal it is to be achieved although it is true.
     phrase: what an operator reads where it holds, e.g. `{robot} reaches {location}`; `denial`: where not.
     """
 
@@ -41,7 +41,7 @@ class PredicateSpec(Slot):
     sensed: bool = False
     sensed_when: dict[Word, Word] = Field(default_factory=dict)
     make_way: bool = False
-    anew: bool = False
+    each_time: bool = False
     phrase: str = ""
     denial: str = ""
 

@@ -114,6 +114,20 @@ class WorldFile(Checked):
         return places
 
     @cached_property
+    def robots_by_name(self) -> Mapping[str, RobotSpec]:
+        return {robot.name: robot for robot in self.robots}
+
+    @cached_property
+    def links(self) -> Mapping[str, LinkSpec]:
+        """Robot → its radio."""
+        return {robot.name: self.link_of(robot) for robot in self.robots}
+
+    @cached_property
+    def lengths_m(self) -> Mapping[str, float]:
+        """Long sample → its length, metres."""
+        return {sample.name: sample.length_m for sample in self.samples if sample.length_m}
+
+    @cached_property
     def reached_by(self) -> Mapping[str, tuple[str, ...]]:
         """Robot → the places that it reaches."""
         return {robot.name: tuple(place.name for place in self.reach_of(robot)) for robot in self.robots}
@@ -123,7 +137,7 @@ class WorldFile(Checked):
         return next(place for place in (*self.locations, *self.places) if place.name == name)
 
     def robot(self, name: str) -> RobotSpec:
-        return next(robot for robot in self.robots if robot.name == name)
+        return self.robots_by_name[name]
 
     def link_of(self, robot: RobotSpec) -> LinkSpec:
         """The robot's radio: its own values, with the world's as defaults."""
@@ -132,7 +146,7 @@ class WorldFile(Checked):
     @property
     def answer_s(self) -> float:
         """`LinkSpec.answer_s` of the robot with the poorest radio."""
-        return max(self.link_of(robot).answer_s for robot in self.robots)
+        return max(link.answer_s for link in self.links.values())
 
     def area_of(self, robot: RobotSpec) -> Aisle:
         """The robot's allocated area: its aisle if it has one, else its whole compartment."""

@@ -258,7 +258,7 @@ def _at_home(robot: Entry, home: Point, start: Point, approach_deg: int) -> tupl
 
 
 def _spread(low: float, high: float, count: int) -> list[float]:
-    """The middles of so many equal parts of an interval."""
+    """The middles of `count` equal parts of an interval."""
     return [low + (high - low) * (part + 0.5) / count for part in range(count)]
 
 

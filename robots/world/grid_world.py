@@ -124,7 +124,7 @@ def _world_name(stem: str) -> str:
 def _floors(free: Bools, reach: int) -> tuple[list[NDArray[np.int64]], Bools]:
     """The connected parts of the free floor in which a robot has room, as flat indices, largest first; and where, flat.
 
-    :param reach: so many cells around must be free.
+    :param reach: number of cells around that must be free.
     """
     rows, columns = free.shape
     roomy = np.zeros_like(free)
@@ -241,7 +241,7 @@ def _outlines(solid: Bools) -> Iterator[NDArray[np.int64]]:
 
 
 def _corners(outline: NDArray[np.int64], tolerance: float) -> list[Cell]:
-    """The corners of a polygon within so many cells of the outline (Ramer, Douglas and Peucker)."""
+    """The corners of a polygon within `tolerance` cells of the outline (Ramer, Douglas and Peucker)."""
     away = np.abs(outline - outline[0]).sum(axis=1)
     corners = {0, len(outline) - 1}
     open_spans = [(0, int(away.argmax())), (int(away.argmax()), len(outline) - 1)]

@@ -308,7 +308,7 @@ class Simulation:
             others=tuple(other for other in self.bodies if other != spec.name),
             samples=frozenset(one.name for one in self.world.samples),
             keep_out=self.world.keep_out,
-            lengths_m={one.name: one.length_m for one in self.world.samples if one.length_m},
+            lengths_m=self.world.lengths_m,
             told=self._placement.told[spec.name],
             round_trip_s=self.world.link_of(spec).round_trip_s,
             body=self.bodies[spec.name],

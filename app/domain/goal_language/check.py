@@ -172,7 +172,7 @@ def _against_facts(
     knowledge_base: KnowledgeBase,
 ) -> Iterator[GoalIssue]:
     wanted = planner_fact(goal, knowledge_base, objects_of(world))
-    if wanted in facts and not knowledge_base.achieved_anew([wanted]):
+    if wanted in facts and not knowledge_base.achieved_each_time([wanted]):
         yield GoalIssue(
             code="already-true", kind="note", detail=f"{goal} is true already", thing=goal.args[0]
         )

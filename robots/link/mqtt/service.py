@@ -3,7 +3,7 @@
 import logging
 import time
 import uuid
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Protocol
 
 from pydantic import ValidationError
@@ -51,7 +51,7 @@ class ServiceLink:
     def __init__(
         self,
         world: str,
-        robots: Iterable[str],
+        robots: Collection[str],
         broker: Broker,
         *,
         digest: str = "",
@@ -76,7 +76,7 @@ class ServiceLink:
             f"macta-service-{world}-{uuid.uuid4().hex[:12]}",  # replicas receive the same messages
             subscriptions=[
                 (world_topic(world), 1),
-                *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED if tuple(robots)),
+                *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED if robots),
             ],
             on_arrival=self._receive,
         )

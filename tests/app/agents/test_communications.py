@@ -17,7 +17,7 @@ class Run:
         self._wall = SteppedClock()
         self._heard_s: float | None = None
         self.schedule = ResendSchedule(
-            self, lambda: {"fred": link or LinkSpec()}, heard_s=lambda _: self._heard_s, wall=self._wall
+            self, lambda _: link or LinkSpec(), heard_s=lambda _: self._heard_s, wall=self._wall
         )
 
     def now_s(self) -> float:

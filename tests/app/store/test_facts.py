@@ -60,10 +60,12 @@ def test_unchanged_facts_are_not_read_again(database: Database, facts: FactStore
     assert _known(database, facts) is _known(database, facts)
 
 
-def test_a_goal_that_is_achieved_anew_counts_only_from_when_it_was_done_again(database: Database) -> None:
+def test_a_goal_that_is_achieved_each_time_counts_only_from_when_it_was_done_again(
+    database: Database,
+) -> None:
     file = STORE.base.file
     predicates = dict(file.predicates)
-    predicates[HERE.predicate] = predicates[HERE.predicate].model_copy(update={"anew": True})
+    predicates[HERE.predicate] = predicates[HERE.predicate].model_copy(update={"each_time": True})
     base = KnowledgeBase(file.model_copy(update={"predicates": predicates}))
     facts = FactStore(EventLog(database), base)
     with database.write() as session:

@@ -7,7 +7,7 @@ import { problemBox } from "../page/problem.js";
 /** @type {Promise<unknown> | undefined} */
 let style;
 
-/** Show the results of a mission, requested anew when there are more. @param {HTMLElement} container @param {Mission} mission */
+/** Show the results of a mission, requested again when there are more. @param {HTMLElement} container @param {Mission} mission */
 export async function showResults(container, mission) {
   const of = `${mission.id} ${mission.results}`;
   if (container.dataset.of === of) return;
