@@ -1,7 +1,7 @@
 """Edits of a world while it runs: what each makes of the world, of its facts, and what takes it back."""
 
 from abc import abstractmethod
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -31,9 +31,9 @@ from app.domain.world_model.initial import initial_facts
 from app.domain.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.data import Checked
-from robots.world import KeepOut, Location, RobotSpec, Sample, WorldFile
+from robots.world import Delivery, KeepOut, Location, RobotSpec, Sample, WorldFile
 
-Part = TypeVar("Part")
+Part = TypeVar("Part", Sample, RobotSpec, Location, KeepOut, Delivery)
 STRUCTURAL = frozenset({CAN, IN_AREA, OWN_SPOT, REACHES})
 """Predicates of what follows from the world alone."""
 
@@ -42,9 +42,9 @@ class WorldEdit(Checked):
     """One edit."""
 
     @property
-    @abstractmethod
     def touched(self) -> frozenset[str]:
         """The names that no running mission may need."""
+        return frozenset()
 
     @abstractmethod
     def __str__(self) -> str:
@@ -57,6 +57,16 @@ class WorldEdit(Checked):
         :param facts: believed now.
         :raises MactaError: if it cannot be made.
         """
+
+
+class EditOfOne(WorldEdit):
+    """An edit of one part that the world has."""
+
+    name: str
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset({self.name})
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +92,7 @@ class AddSample(WorldEdit):
         return f"added {self.sample.name} at {self.sample.at}"
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
-        others = tuple(one for one in world.deliveries if one.name != self.sample.name)
+        others = _without(self.sample.name, world.deliveries)
         world = changed(world, deliveries=others)  # one that has arrived is a sample like any other
         _refuse_name_in_use(self.sample.name, world)
         place = _free_place(self.sample, world, facts)
@@ -94,28 +104,23 @@ class AddSample(WorldEdit):
         )
 
 
-class RemoveSample(WorldEdit):
+class RemoveSample(EditOfOne):
     """A sample is taken out of the world, from where it lies or from wherever it was lost."""
 
     edit: Literal["remove_sample"] = "remove_sample"
-    name: str
-
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset({self.name})
 
     def __str__(self) -> str:
         return f"removed {self.name}"
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
-        sample = _known("sample", self.name, {one.name: one for one in world.samples})
+        sample = _known("sample", self.name, world.samples)
         place = place_of(self.name, facts)
         if place in robots_in(facts):
             raise Conflict(f"{place} holds {self.name}; have it put down first", code="sample-held")
         lay = sample if place is None else sample.model_copy(update={"at": place})
         without = changed(
             world,
-            samples=tuple(one for one in world.samples if one.name != self.name),
+            samples=_without(self.name, world.samples),
             facts=tuple(fact for fact in world.facts if self.name not in fact.args),
         )
         return Edited(without, self, AddSample(sample=lay))
@@ -127,10 +132,6 @@ class AddRobot(WorldEdit):
     edit: Literal["add_robot"] = "add_robot"
     robot: RobotSpec
 
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset()
-
     def __str__(self) -> str:
         return f"added {self.robot.name}"
 
@@ -140,21 +141,16 @@ class AddRobot(WorldEdit):
         return Edited(changed(world, robots=robots), self, RemoveRobot(name=self.robot.name))
 
 
-class RemoveRobot(WorldEdit):
+class RemoveRobot(EditOfOne):
     """A robot is taken out of the world for good."""
 
     edit: Literal["remove_robot"] = "remove_robot"
-    name: str
-
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset({self.name})
 
     def __str__(self) -> str:
         return f"removed {self.name}"
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
-        robot = _known("robot", self.name, {one.name: one for one in world.robots})
+        robot = _known("robot", self.name, world.robots)
         if held := occupants(self.name, facts):
             raise Conflict(
                 f"{self.name} holds {', '.join(held)}; have it put down first", code="robot-holds-sample"
@@ -163,7 +159,7 @@ class RemoveRobot(WorldEdit):
             raise Conflict(f"{self.name} is the only robot of {world.name}", code="last-robot")
         without = changed(
             world,
-            robots=tuple(one for one in world.robots if one.name != self.name),
+            robots=_without(self.name, world.robots),
             facts=tuple(fact for fact in world.facts if self.name not in fact.args),
         )
         return Edited(without, self, AddRobot(robot=robot))
@@ -175,10 +171,6 @@ class AddPlace(WorldEdit):
     edit: Literal["add_place"] = "add_place"
     place: Location
 
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset()
-
     def __str__(self) -> str:
         return f"added {self.place.name} at {point_words(self.place.at)}"
 
@@ -188,17 +180,12 @@ class AddPlace(WorldEdit):
         return Edited(changed(world, locations=locations), self, RemovePlace(name=self.place.name))
 
 
-class MovePlace(WorldEdit):
+class MovePlace(EditOfOne):
     """A place is elsewhere from now on; `approach_deg` stays unless it is given. A robot near it stays where it is."""
 
     edit: Literal["move_place"] = "move_place"
-    name: str
     at: tuple[float, float]
     approach_deg: tuple[float, ...] | None = Field(default=None, min_length=1)
-
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset({self.name})
 
     def __str__(self) -> str:
         return f"moved {self.name} to {point_words(self.at)}"
@@ -213,15 +200,10 @@ class MovePlace(WorldEdit):
         return Edited(changed(world, locations=locations), self, back)
 
 
-class RemovePlace(WorldEdit):
+class RemovePlace(EditOfOne):
     """A place is taken away with its beacon."""
 
     edit: Literal["remove_place"] = "remove_place"
-    name: str
-
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset({self.name})
 
     def __str__(self) -> str:
         return f"removed {self.name}"
@@ -234,7 +216,7 @@ class RemovePlace(WorldEdit):
         without = changed(
             world,
             samples=_starting_off(gone, world, facts),
-            locations=tuple(one for one in world.locations if one.name != self.name),
+            locations=_without(self.name, world.locations),
             deliveries=tuple(one for one in world.deliveries if one.at not in gone),
             facts=tuple(fact for fact in world.facts if not gone.intersection(fact.args)),
         )
@@ -247,10 +229,6 @@ class AddKeepOut(WorldEdit):
     edit: Literal["add_keep_out"] = "add_keep_out"
     area: KeepOut
 
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset()
-
     def __str__(self) -> str:
         return f"closed {self.area.name}"
 
@@ -260,22 +238,21 @@ class AddKeepOut(WorldEdit):
         return Edited(changed(world, keep_out=areas), self, RemoveKeepOut(name=self.area.name))
 
 
-class RemoveKeepOut(WorldEdit):
+class RemoveKeepOut(EditOfOne):
     """Robots may enter an area again."""
 
     edit: Literal["remove_keep_out"] = "remove_keep_out"
-    name: str
 
     @property
     def touched(self) -> frozenset[str]:
-        return frozenset()
+        return frozenset()  # no mission needs what it may not enter
 
     def __str__(self) -> str:
         return f"opened {self.name}"
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
-        area = _known("area to keep out of", self.name, {one.name: one for one in world.keep_out})
-        areas = tuple(one for one in world.keep_out if one.name != self.name)
+        area = _known("keep-out area", self.name, world.keep_out)
+        areas = _without(self.name, world.keep_out)
         return Edited(changed(world, keep_out=areas), self, AddKeepOut(area=area))
 
 
@@ -393,15 +370,23 @@ def _refuse_name_in_use(name: str, world: WorldFile) -> None:
         raise Invalid(f"the name {name} is in use in {world.name}", code="name-in-use", thing=name)
 
 
-def _known(what: str, name: str, choices: Mapping[str, Part]) -> Part:
+def _known(what: str, name: str, parts: Sequence[Part]) -> Part:
+    """The part of that name."""
+    choices = {part.name: part for part in parts}
     if name not in choices:
-        raise NotFound(f"unknown {what} {name!r}", code=f"unknown-{what}", choices=tuple(choices), thing=name)
+        code = f"unknown-{what.replace(' ', '-')}"
+        raise NotFound(f"unknown {what} {name!r}", code=code, choices=tuple(choices), thing=name)
     return choices[name]
+
+
+def _without(name: str, parts: Sequence[Part]) -> tuple[Part, ...]:
+    """All parts but the one of that name."""
+    return tuple(part for part in parts if part.name != name)
 
 
 def _empty_place(name: str, world: WorldFile, facts: Facts) -> Location:
     """The location of that name, if nothing lies there."""
-    place = _known("place", name, {one.name: one for one in world.locations})
+    place = _known("place", name, world.locations)
     berths = [berth.name for berth in world.places_by_location[name]]
     if lying := [sample for berth in berths for sample in occupants(berth, facts)]:
         raise Conflict(

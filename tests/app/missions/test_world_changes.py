@@ -94,6 +94,13 @@ def test_a_sample_that_is_removed_is_in_no_fact_and_a_goal_for_it_has_no_plan(
     ("edit", "status", "code", "words", "choice"),
     [
         (gone("sample_7"), 404, "unknown-sample", "unknown sample 'sample_7'", "sample_3"),
+        (
+            {"edit": "remove_keep_out", "name": "spill"},
+            404,
+            "unknown-keep-out-area",
+            "unknown keep-out area 'spill'",
+            None,
+        ),
         ({**NEW, "sample": {"name": "sample_9", "at": "bay_77"}}, 404, "unknown-place", "bay_77", "bay_7"),
         ({**NEW, "sample": {"name": "yard_1", "at": "bay_7"}}, 422, "name-in-use", "name yard_1 is in use", None),
         (
