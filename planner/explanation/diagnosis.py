@@ -12,7 +12,7 @@ from itertools import product
 from math import prod
 
 from planner.fact import Fact
-from planner.knowledge import KnowledgeBase
+from planner.knowledge import KnowledgeBase, number_words
 from planner.knowledge.phrases import clause, denial, enumeration, naturally_sorted, nothing, phrase
 from planner.problem.contradiction import contradicting_goals
 from planner.problem.interface import PlanningProblem
@@ -195,6 +195,9 @@ class _Reason:
         statics = [fact for fact in missing if fact.predicate not in self._base.fluents]
         special = []
         for fact in statics or missing:
+            if fact.predicate in self._base.comparisons:
+                yield self._too_small_or_great(fact)
+                continue
             words = self._nothing(fact) if statics else self._nowhere(fact)
             if words:
                 yield words
@@ -204,6 +207,48 @@ class _Reason:
                 yield self._tie(fact) + denial(self._base, fact)
         if special:
             yield f"{self._frontier()}it would take that {enumeration(special)}"
+
+    def _too_small_or_great(self, fact: Fact) -> str:
+        """`PHOTOGRAPH needs battery(rover_2) >= 0.3; it is 0.12`, of all that could be used instead."""
+        comparison = self._base.comparisons[fact.predicate]
+        actions = {
+            op.spec.name
+            for op in self._base.operators
+            if any(literal.predicate == fact.predicate for literal in op.preconditions)
+        }
+        needs = f"{enumeration(sorted(actions))} {'needs' if len(actions) == 1 else 'need'}"
+        known = {args: self._problem.numbers.get((comparison.quantity, args)) for args in self._rivals(fact)}
+        words = {args: "not known" if value is None else number_words(value) for args, value in known.items()}
+        if len(words) == 1:
+            return f"{needs} {comparison.of(*fact.args)}; it is {words[fact.args]}"
+        kinds = [self._problem.objects.get(arg, arg) for arg in fact.args]
+        values = [f"{value} for {', '.join(args)}" for args, value in words.items()]
+        return f"{needs} {comparison.of(*kinds)}; it is {enumeration(values)}"
+
+    def _rivals(self, fact: Fact) -> list[tuple[str, ...]]:
+        """The arguments that the fact could have, as far as other static facts tell; its own first."""
+        loose = [arg for arg in fact.args if arg not in self._pinned]
+        if len(loose) != 1:
+            return [fact.args]
+        arg = loose[0]
+        needed = [
+            leaf
+            for leaf in self._leaves
+            if arg in leaf.args
+            and leaf.predicate not in self._base.fluents
+            and leaf.predicate not in self._base.comparisons
+            and {*leaf.args} - {arg} <= self._pinned
+        ]
+        kind = self._problem.objects[arg]
+        others = naturally_sorted(
+            name
+            for name, other in self._problem.objects.items()
+            if other == kind
+            and name not in self._pinned
+            and all(leaf.renamed({arg: name}) in self._problem.facts for leaf in needed)
+        )
+        names = [arg, *(name for name in others if name != arg)]
+        return [fact.renamed({arg: name}).args for name in names]
 
     def _nowhere(self, fact: Fact) -> str:
         """`sample_1 is not in any location`, if a fluent's first arguments have no fact at all; else nothing."""

@@ -1,9 +1,11 @@
 """What a plan-net action is made of: the slots of table 3, and its variants (MACTA §5)."""
 
+from collections.abc import Iterable
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from planner.knowledge.comparison import condition
 from planner.knowledge.literal import Literal
 
 Word = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
@@ -11,7 +13,8 @@ Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
 Formula = Annotated[str, Field(coerce_numbers_to_str=True)]
 """An expression, or just a number."""
 
-LITERAL_SLOTS = ("preconditions", "delete", "intended_effects", "other_effects")
+PRECONDITIONS = "preconditions"
+LITERAL_SLOTS = (PRECONDITIONS, "delete", "intended_effects", "other_effects")
 
 
 class Slot(BaseModel):
@@ -43,7 +46,13 @@ class VariantSpec(Slot):
     duration: Formula | None = None
 
     def literals(self, slot: str) -> tuple[Literal, ...]:
-        return tuple(Literal.parse(text) for text in getattr(self, slot))
+        return read_literals(slot, getattr(self, slot))
+
+
+def read_literals(slot: str, texts: Iterable[str]) -> tuple[Literal, ...]:
+    """The literals of a slot; pre-conditions may compare a quantity with a number."""
+    read = condition if slot == PRECONDITIONS else Literal.parse
+    return tuple(map(read, texts))
 
 
 PLAIN = VariantSpec()
@@ -71,7 +80,7 @@ class ActionSpec(Slot):
 
     def literals(self, slot: str, variant: VariantSpec = PLAIN) -> tuple[Literal, ...]:
         """The slot's literals, then those of the variant."""
-        return (*(Literal.parse(text) for text in getattr(self, slot)), *variant.literals(slot))
+        return (*read_literals(slot, getattr(self, slot)), *variant.literals(slot))
 
     def parameter(self, name: str) -> ParameterSpec:
         return next(parameter for parameter in self.parameters if parameter.name == name)

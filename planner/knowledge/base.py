@@ -7,9 +7,10 @@ from functools import cached_property, lru_cache
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
 from planner.knowledge.action import ActionSpec
+from planner.knowledge.comparison import Comparison, Numbers
 from planner.knowledge.expression import Functions
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
-from planner.knowledge.schema import RELATION, KnowledgeBaseFile, PredicateSpec
+from planner.knowledge.schema import RELATION, KnowledgeBaseFile, PredicateSpec, QuantitySpec
 
 
 class KnowledgeBase:
@@ -18,12 +19,32 @@ class KnowledgeBase:
     def __init__(self, file: KnowledgeBaseFile) -> None:
         self.file = file
         self.actions: Mapping[str, ActionSpec] = {action.name: action for action in file.actions}
-        self.predicates: Mapping[str, PredicateSpec] = file.predicates
+        self.comparisons: Mapping[str, Comparison] = {one.predicate: one for one in file.comparisons()}
+        """What actions compare with numbers, by the predicates that stand for it."""
+        self.predicates: Mapping[str, PredicateSpec] = {
+            **file.predicates,
+            **{name: self._compared(one) for name, one in self.comparisons.items()},
+        }
+        self.quantities: Mapping[str, QuantitySpec] = file.quantities
         self.operators: tuple[Operator, ...] = tuple(op for spec in file.actions for op in operators_of(spec))
         self.constants: Mapping[str, str] = {
             value: kind for kind in file.types for value in file.constants(kind)
         }
         """Each constant's type."""
+
+    def _compared(self, comparison: Comparison) -> PredicateSpec:
+        """The predicate that stands for a comparison."""
+        arguments = self.file.quantities[comparison.quantity].arguments
+        fields = [f"{{{name}}}" for name in arguments]
+        return PredicateSpec(
+            arguments=arguments,
+            phrase=comparison.phrase(*fields),
+            denial=comparison.opposite.phrase(*fields),
+        )
+
+    def compared(self, numbers: Numbers) -> frozenset[Fact]:
+        """The facts that stand for the comparisons of actions which hold for these numbers."""
+        return frozenset[Fact]().union(*(one.facts(numbers) for one in self.comparisons.values()))
 
     def __reduce__(self) -> tuple[Callable[[bytes], "KnowledgeBase"], tuple[bytes]]:
         """Pickle the file only; a process that receives the same one again has its knowledge base already."""
@@ -119,14 +140,14 @@ class KnowledgeBase:
 
     def relation_names(self) -> tuple[str, ...]:
         """The predicates as the rel/ref form names them."""
-        plain = [name for name, spec in self.predicates.items() if not spec.relational]
+        plain = [name for name, spec in self.file.predicates.items() if not spec.relational]
         return tuple(sorted({*plain, *self.file.constants(RELATION)}))
 
     def check(self, fact: Fact, objects: Mapping[str, str]) -> None:
         """:raises KnowledgeBaseError: if the fact is not of the vocabulary; names what is wrong and the
         choices."""
         if fact.predicate not in self.predicates:
-            choices = ", ".join(sorted(self.predicates))
+            choices = ", ".join(sorted(self.file.predicates))
             raise KnowledgeBaseError(f"unknown predicate {fact.predicate!r} in {fact}; choices: {choices}")
         if (mismatch := self._mismatch(fact, objects)) is not None:
             raise KnowledgeBaseError(mismatch)

@@ -1,7 +1,7 @@
 """Merges knowledge base files into one knowledge base; errors name each file, the line, the action and the slot.
 
-A file may rest on what another defines, so only the whole is checked against itself. Types, functions and predicates
-may stand in several files if they are the same in each; a type's `values` are then taken together.
+A file may rest on what another defines, so only the whole is checked against itself. Types, functions, predicates
+and quantities may stand in several files if they are the same in each; a type's `values` are then taken together.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,9 +17,9 @@ from planner.knowledge.action import ActionSpec, Slot, Word
 from planner.knowledge.base import KnowledgeBase
 from planner.knowledge.document import Document, place_of, read_text
 from planner.knowledge.load import read_knowledge_base
-from planner.knowledge.schema import KnowledgeBaseFile, PredicateSpec, TypeSpec
+from planner.knowledge.schema import KnowledgeBaseFile, PredicateSpec, QuantitySpec, TypeSpec
 
-Spec = TypeVar("Spec", PredicateSpec, tuple[str, ...])
+Spec = TypeVar("Spec", PredicateSpec, QuantitySpec, tuple[str, ...])
 Origin = tuple[Document, tuple[str, ...]]
 """A document, and the place in it."""
 
@@ -30,6 +30,7 @@ class KnowledgeBasePart(Slot):
     types: dict[Word, TypeSpec] = Field(default_factory=dict)
     functions: dict[Word, tuple[Word, ...]] = Field(default_factory=dict)
     predicates: dict[Word, PredicateSpec] = Field(default_factory=dict)
+    quantities: dict[Word, QuantitySpec] = Field(default_factory=dict)
     actions: tuple[ActionSpec, ...] = ()
 
 
@@ -74,6 +75,7 @@ class _Merge:
     types: dict[str, TypeSpec] = field(default_factory=dict)
     functions: dict[str, tuple[str, ...]] = field(default_factory=dict)
     predicates: dict[str, PredicateSpec] = field(default_factory=dict)
+    quantities: dict[str, QuantitySpec] = field(default_factory=dict)
     actions: list[ActionSpec] = field(default_factory=list)
     _first: dict[tuple[str, str], Origin] = field(default_factory=dict)
     _action_origins: list[Origin] = field(default_factory=list)
@@ -84,6 +86,7 @@ class _Merge:
             *self._take_types(document, part.types),
             *self._take(document, "functions", part.functions, self.functions),
             *self._take(document, "predicates", part.predicates, self.predicates),
+            *self._take(document, "quantities", part.quantities, self.quantities),
             *self._take_actions(document, part.actions),
         ]
         if faults:
@@ -140,6 +143,7 @@ class _Merge:
                     types=self.types,
                     functions=self.functions,
                     predicates=self.predicates,
+                    quantities=self.quantities,
                     actions=tuple(self.actions),
                 )
             )

@@ -7,7 +7,16 @@ from typing import Self
 from pydantic import Field, model_validator
 
 from planner.errors import KnowledgeBaseError
-from planner.knowledge.action import LITERAL_SLOTS, ActionSpec, ParameterSpec, Slot, VariantSpec, Word
+from planner.knowledge.action import (
+    LITERAL_SLOTS,
+    PRECONDITIONS,
+    ActionSpec,
+    ParameterSpec,
+    Slot,
+    VariantSpec,
+    Word,
+)
+from planner.knowledge.comparison import Comparison, number_words, read_comparison
 from planner.knowledge.expression import DURATION_SCALE, Expression
 from planner.knowledge.literal import Literal
 
@@ -16,6 +25,10 @@ RELATION = "relation"
 DURATION = ("duration", ())
 DISTANCE = ("distance", ())
 """The action's own duration and one robot's distance, as its energy names them: `duration()`, `distance()`."""
+VALUE = "value"
+"""The number in a quantity's phrase."""
+ANY = "any"
+"""Whatever stands there, in what a quantity counts."""
 
 
 class TypeSpec(Slot):
@@ -46,13 +59,51 @@ class PredicateSpec(Slot):
     denial: str = ""
 
 
+class QuantitySpec(Slot):
+    """What numeric facts tell of their arguments, such as the battery of a robot.
+
+    unit: of the value, as an operator reads it; `share` is 0 to 1 and read as a percentage.
+    range: the least and the greatest value; null: unlimited.
+    counts: facts whose number it is, e.g. `object_position(any, in, robot)`; it cannot be set then.
+    phrase: what an operator reads, e.g. `{robot}'s battery is at {value}`.
+    """
+
+    arguments: dict[Word, Word] = Field(min_length=1)
+    unit: str = Field(default="", max_length=40)
+    range: tuple[float | None, float | None] = (None, None)
+    counts: str = ""
+    phrase: str = ""
+
+    def admits(self, value: float) -> bool:
+        """True if the value lies within the range."""
+        least, most = self.range
+        return (least is None or value >= least) and (most is None or value <= most)
+
+    @property
+    def range_words(self) -> str:
+        """`0 to 1`, `at least 0`; empty without limits."""
+        least, most = (None if limit is None else number_words(limit) for limit in self.range)
+        if least is not None and most is not None:
+            return f"{least} to {most}"
+        return f"at least {least}" if least is not None else f"at most {most}" if most is not None else ""
+
+
 class KnowledgeBaseFile(Slot):
     """A whole knowledge base."""
 
     types: dict[Word, TypeSpec]
     functions: dict[Word, tuple[Word, ...]] = Field(default_factory=dict)
     predicates: dict[Word, PredicateSpec]
+    quantities: dict[Word, QuantitySpec] = Field(default_factory=dict)
     actions: tuple[ActionSpec, ...] = Field(min_length=1)
+
+    def comparisons(self) -> tuple[Comparison, ...]:
+        """The comparisons that pre-conditions of actions make, each once."""
+        owners: list[ActionSpec | VariantSpec] = []
+        for action in self.actions:
+            owners += [action, *action.variants]
+        read = (read_comparison(text) for owner in owners for text in owner.preconditions)
+        return tuple(dict.fromkeys(one[0] for one in read if one is not None))
 
     def constants(self, type_name: str) -> tuple[str, ...]:
         spec = self.types[type_name]
@@ -66,6 +117,20 @@ class KnowledgeBaseFile(Slot):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
+        self._check_vocabulary()
+        for slot in ("identifier", "name"):
+            _all_differ([getattr(action, slot) for action in self.actions], f"actions.{{}}.{slot}")
+        owners: dict[str, str] = {}
+        for kind in self.types:
+            for value in self.constants(kind):
+                if value in owners:
+                    raise _at(f"types.{kind}.values", f"{value} is a constant of {owners[value]} already")
+                owners[value] = kind
+        for index, action in enumerate(self.actions):
+            _check_action(self, action, f"actions.{index}")
+        return self
+
+    def _check_vocabulary(self) -> None:
         for name, spec in self.types.items():
             if spec.parent is not None:
                 _known("type", spec.parent, self.types, f"types.{name}.parent")
@@ -78,17 +143,8 @@ class KnowledgeBaseFile(Slot):
                 _known("type", argument, self.types, f"functions.{name}")
         for name, predicate in self.predicates.items():
             self._check_predicate(name, predicate)
-        for slot in ("identifier", "name"):
-            _all_differ([getattr(action, slot) for action in self.actions], f"actions.{{}}.{slot}")
-        owners: dict[str, str] = {}
-        for kind in self.types:
-            for value in self.constants(kind):
-                if value in owners:
-                    raise _at(f"types.{kind}.values", f"{value} is a constant of {owners[value]} already")
-                owners[value] = kind
-        for index, action in enumerate(self.actions):
-            _check_action(self, action, f"actions.{index}")
-        return self
+        for name, quantity in self.quantities.items():
+            self._check_quantity(name, quantity)
 
     def _check_ancestry(self, name: str) -> None:
         line = [name]
@@ -114,6 +170,23 @@ class KnowledgeBaseFile(Slot):
             _known("type", type_name, self.types, f"{where}.sensed_when.{argument}")
         for slot in ("phrase", "denial"):
             _check_fields(getattr(predicate, slot), "argument", predicate.arguments, f"{where}.{slot}")
+
+    def _check_quantity(self, name: str, quantity: QuantitySpec) -> None:
+        where = f"quantities.{name}"
+        for other, taken in (("predicate", self.predicates), ("function", self.functions)):
+            if name in taken:
+                raise _at(where, f"{name} is a {other} already; choose another name")
+        for argument, type_name in quantity.arguments.items():
+            _known("type", type_name, self.types, f"{where}.arguments.{argument}")
+        least, most = quantity.range
+        if least is not None and most is not None and least > most:
+            raise _at(f"{where}.range", f"{number_words(least)} is more than {number_words(most)}")
+        if VALUE in quantity.arguments:
+            raise _at(f"{where}.arguments.{VALUE}", f"{VALUE} is the number itself; choose another name")
+        _check_fields(quantity.phrase, "argument", (*quantity.arguments, VALUE), f"{where}.phrase")
+        if quantity.counts:
+            types = {ANY: "", **quantity.arguments}
+            _check_literal(self, types, quantity.counts, f"{where}.counts")
 
 
 def _check_action(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> None:
@@ -173,7 +246,33 @@ def _check_literals(
     """:param types: of the action's parameters."""
     for slot in LITERAL_SLOTS:
         for position, text in enumerate(getattr(owner, slot)):
-            _check_literal(base, types, text, f"{where}.{slot}.{position}")
+            place = f"{where}.{slot}.{position}"
+            if slot != PRECONDITIONS or not _check_comparison(base, types, text, place):
+                _check_literal(base, types, text, place)
+
+
+def _check_comparison(base: KnowledgeBaseFile, types: Mapping[str, str], text: str, where: str) -> bool:
+    """False if the text compares nothing."""
+    try:
+        read = read_comparison(text)
+    except KnowledgeBaseError as error:
+        raise _at(where, str(error)) from error
+    if read is None:
+        return False
+    comparison, terms = read
+    _known("quantity", comparison.quantity, base.quantities, where)
+    quantity = base.quantities[comparison.quantity]
+    _check_terms(base, types, Literal(comparison.quantity, terms), quantity.arguments, where)
+    if not quantity.admits(comparison.number):
+        number = number_words(comparison.number)
+        raise _at(where, f"{comparison.quantity} is {quantity.range_words}, it cannot be {number}")
+    _refuse_taken(comparison.predicate, base.predicates, where)
+    return True
+
+
+def _refuse_taken(predicate: str, predicates: Iterable[str], where: str) -> None:
+    if predicate in predicates:
+        raise _at(where, f"the predicate {predicate} would be the same; choose another name for it")
 
 
 def _check_literal(base: KnowledgeBaseFile, types: Mapping[str, str], text: str, where: str) -> None:
@@ -182,11 +281,23 @@ def _check_literal(base: KnowledgeBaseFile, types: Mapping[str, str], text: str,
     except KnowledgeBaseError as error:
         raise _at(where, str(error)) from error
     _known("predicate", literal.predicate, base.predicates, where)
-    wanted = base.predicates[literal.predicate].arguments
+    _check_terms(base, types, literal, base.predicates[literal.predicate].arguments, where)
+
+
+def _check_terms(
+    base: KnowledgeBaseFile,
+    types: Mapping[str, str],
+    literal: Literal,
+    wanted: Mapping[str, str],
+    where: str,
+) -> None:
+    """:param wanted: the arguments of the predicate or quantity, with their types."""
     if len(literal.terms) != len(wanted):
         raise _at(where, f"{literal.predicate} takes ({', '.join(wanted)}), not ({', '.join(literal.terms)})")
     parameters = {name: kind for name, kind in types.items() if kind != TIME}
     for term, (argument, type_name) in zip(literal.terms, wanted.items(), strict=True):
+        if term == ANY and ANY in types:
+            continue
         if term in parameters:
             if not base.is_a(parameters[term], type_name):
                 raise _at(

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from planner.fact import Fact
+from planner.knowledge import Numbers
 from planner.plan_nets.plan_net import PlanNet
 from planner.problem.timer import Clock, Timer
 
@@ -19,7 +20,8 @@ class PlanningProblem:
     ("distance_m", ("door_1", "interchange_1")) -> 3.2; absent means the two are not connected.
     `deadlines_s` says by when a goal is to be true, seconds from the plan's start (negative if that is over);
     `priorities` how much its lateness counts, higher is more urgent, 0 unless told. `stages` is the order among goals:
-    those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told.
+    those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told. `numbers` are the
+    numeric facts that the facts of compared quantities follow from; they explain why a goal has no plan.
     """
 
     objects: Mapping[str, str]
@@ -29,6 +31,7 @@ class PlanningProblem:
     deadlines_s: Mapping[Fact, float] = field(default_factory=dict)
     priorities: Mapping[Fact, int] = field(default_factory=dict)
     stages: Mapping[Fact, int] = field(default_factory=dict)
+    numbers: Numbers = field(default_factory=dict)
 
 
 class Objective(StrEnum):
