@@ -11,6 +11,7 @@ from typing import Any
 from fastapi import FastAPI
 
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
+from app.agents.battery_record import BatteryRecord
 from app.agents.edition_delivery import EditionDelivery
 from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import RunningWorld
@@ -203,9 +204,11 @@ class Service:
             clocks=self.clocks,
             points=self.board.points,
             unavailable=self.board.unavailable,
+            low_battery=settings.low_battery,
         )
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core)
+        self.worlds.numbers_corrected.append(self._waiting_goals.release)
         self.board.became_available.append(self._waiting_goals.robot_available)
         self.board.unavailability_changed.append(self._waiting_goals.unavailability_changed)
         self._goal_planning = GoalPlanningJob(
@@ -315,6 +318,14 @@ class Service:
             teleoperation=self.teleoperation,
             tunings=self.tunings,
             readmit=partial(self.lost_robots.restore_in_contact, name),
+            record_batteries=BatteryRecord(
+                self.core,
+                world=name,
+                board=self.board,
+                clock=world.clock,
+                low_battery=self.settings.low_battery,
+                release=self._waiting_goals.release,
+            ).record,
             world=name,
             has_lease=drives_world,
             each_turn=partial(_call_all, (self._files.follow, each_turn)),

@@ -86,6 +86,7 @@ class AgentModels:
         teleoperation: Teleoperation,
         tunings: TuningService,
         readmit: Callable[[], None],
+        record_batteries: Callable[[], None] = lambda: None,
         world: str,
         has_lease: Callable[[], bool] = lambda: True,
         each_turn: Callable[[], None] = lambda: None,
@@ -96,6 +97,7 @@ class AgentModels:
         :param robots: those of the world now, each with its radio.
         :param clock: the world's.
         :param readmit: restores robots that were declared lost as silent and are heard again.
+        :param record_batteries: records the batteries that robots have told of; called once a second.
         :param has_lease: True while this process, of those that share the database, delivers and records. Otherwise it
             only keeps the robots' current state and passes on the questions of its own clients.
         :param each_turn: called in each turn of the loop, before messages are received.
@@ -117,6 +119,7 @@ class AgentModels:
         self._teleoperation = teleoperation
         self._tunings = tunings
         self._readmit = readmit
+        self._record_batteries = record_batteries
         self._has_lease = has_lease
         self._each_turn = each_turn
         self._editions = editions
@@ -156,6 +159,7 @@ class AgentModels:
                 has_lease = self._has_lease()
                 if now_s >= readmit_s and has_lease:
                     self._readmit()
+                    self._record_batteries()
                     readmit_s = now_s + DELIVER_S
                 has_news = self._editions is not None and self._editions.has_news()
                 if self._due.is_set() or now_s >= due_s or has_news or (has_lease and not had_lease):

@@ -1,15 +1,16 @@
 """The worlds and their facts as clients see them, and operators' corrections of facts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.durations import Durations
 from app.domain.errors import Invalid, NotFound, Outdated
-from app.domain.events import FactsCorrected
+from app.domain.events import FactsCorrected, NumbersCorrected
 from app.domain.lifecycles.recovery import answer_troubles
 from app.domain.world_model.beliefs import (
     CLEAR,
@@ -23,20 +24,23 @@ from app.domain.world_model.beliefs import (
     spot_of,
 )
 from app.domain.world_model.berths import Statement, resolve_statements
+from app.domain.world_model.numbers import Term, Things, check_term, check_value, words_of
 from app.domain.world_model.problem import objects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
-from app.store import FactRow, WorldRow
+from app.store import FactRow, NumberRow, WorldRow
 from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
 from app.store.records import lock_running_missions
 from app.store.unknowns import Unknown, list_unknowns
 from app.workflows.mission_wakeups import wake_missions
-from planner import Fact, KnowledgeBaseError
+from planner import Fact, KnowledgeBaseError, number_words
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
 Relation = tuple[str, tuple[str, ...]]
+StatedNumber = tuple[str, Sequence[str], float]
+"""Quantity, arguments and value."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,10 +62,13 @@ class WorldService:
         self._database = core.database
         self._events = core.events
         self._facts = core.facts
+        self._numbers = core.facts.numbers
         self.knowledge_base = core.knowledge_base
         self._workflows = core.workflows
         self._worlds = worlds
         self._clocks = clocks
+        self.numbers_corrected: list[Callable[[Session, str], None]] = []
+        """Called with the transaction and the world once an operator has corrected numbers."""
 
     def reports(self) -> list[WorldReport]:
         """Every world, in the order given at the start; the page shows the first one by default."""
@@ -172,6 +179,63 @@ class WorldService:
             self._events.append(session, corrected)
             wake_missions(session, self._workflows, world, f"facts:{self._facts.version(session, world)}")
             return dropped
+
+    def numbers(self, world: str) -> tuple[Sequence[NumberRow], int]:
+        """Every numeric fact, and the version they are of."""
+        self.world(world)
+        with self._database.read() as session:
+            # First: a number that changes meanwhile belongs to a later version.
+            version = self._numbers.version(session, world)
+            return self._numbers.rows(session, world), version
+
+    def numbers_version(self, world: str) -> int:
+        """The version of the world's numeric facts: it increases with every change of them."""
+        self.world(world)
+        with self._database.read() as session:
+            return self._numbers.version(session, world)
+
+    def correct_numbers(
+        self,
+        world: str,
+        changes: Sequence[StatedNumber],
+        *,
+        actor: str,
+        comment: str,
+        expected_version: int | None,
+    ) -> None:
+        """Give numeric facts the values that an operator states, all or none.
+
+        :raises Invalid: if one is not of the vocabulary, out of its range, counted from facts, or stated twice.
+        :raises Outdated: if the numbers have changed since `expected_version`.
+        """
+        things = Things.of(self.world(world))
+        numbers: dict[Term, float] = {}
+        for quantity, args, value in changes:
+            term = check_term(quantity, args, things, self.knowledge_base)
+            check_value(quantity, value, self.knowledge_base)
+            if numbers.setdefault(term, value) != value:
+                raise Invalid(
+                    f"{quantity}({', '.join(term[1])}) is stated to be {number_words(numbers[term])} and "
+                    f"{number_words(value)}",
+                    code="contradicting-numbers",
+                    thing=quantity,
+                )
+        with self._database.write() as session:
+            self._facts.lock(session, world)
+            version = self._numbers.version(session, world)
+            if expected_version not in (None, version):
+                raise Outdated(
+                    f"the numbers of {world} are at version {version}, the correction was made from "
+                    f"{expected_version}",
+                    code="numbers-changed",
+                )
+            source = f"operator {actor}"
+            self._numbers.set(session, world, numbers, source=source, at_s=self._clocks[world].now_s())
+            stated = tuple(words_of(term, value, self.knowledge_base) for term, value in numbers.items())
+            corrected = NumbersCorrected(subject=world, actor=actor, comment=comment, stated=stated)
+            self._events.append(session, corrected)
+            for call in self.numbers_corrected:
+                call(session, world)
 
     def _parsed(
         self, world: str, changes: Sequence[Statement], facts: Facts

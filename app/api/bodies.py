@@ -95,6 +95,19 @@ class CorrectFacts(Request):
     comment: str = Field(default="", max_length=2000)
 
 
+class StatedNumber(Request):
+    """A numeric fact as a client states it."""
+
+    quantity: Name = Field(examples=["battery"])
+    args: tuple[Name, ...] = Field(min_length=1, max_length=8, examples=[["rover_1"]])
+    value: float = Field(allow_inf_nan=False, examples=[0.8])
+
+
+class CorrectNumbers(Request):
+    numbers: list[StatedNumber] = Field(min_length=1, max_length=1000)
+    comment: str = Field(default="", max_length=2000)
+
+
 class Page(BaseModel, Generic[Item]):
     items: list[Item]
     next: str | None = None
@@ -371,6 +384,25 @@ class UnknownBody(BaseModel):
     earlier_believed: list[BelievedBody] = Field(
         default=[], description="where it was believed to be before that correction, newest first"
     )
+
+
+class NumberBody(BaseModel):
+    """A numeric fact with its source and time (world's clock)."""
+
+    quantity: str
+    args: tuple[str, ...]
+    value: float
+    unit: str = Field(description="`share`: 0 to 1")
+    text: str = Field(description="in words", examples=["rover_1's battery is at 80 %"])
+    counted: bool = Field(description="counted from the facts, which are to be corrected instead")
+    source: str
+    at_s: float
+    recorded_at: str
+    version: int = Field(description="of the numeric facts when it came to this value")
+
+
+class NumbersBody(Page[NumberBody]):
+    version: int = Field(description="counts the changes of numeric facts")
 
 
 class FactsBody(Page[FactBody]):

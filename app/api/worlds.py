@@ -10,9 +10,12 @@ from app.agents.world_service import WorldService
 from app.api.bodies import (
     BelievedBody,
     CorrectFacts,
+    CorrectNumbers,
     DurationBody,
     FactBody,
     FactsBody,
+    NumberBody,
+    NumbersBody,
     Page,
     UnknownBody,
     WorldBody,
@@ -24,6 +27,7 @@ from app.api.parameters import Id
 from app.api.plan_json import JSON
 from app.api.problems import declared
 from app.domain.durations import Kind, Learned
+from app.domain.world_model.numbers import words_of
 from app.domain.world_model.timeliness import DatedFact
 from app.store.unknowns import Unknown
 from planner import Fact
@@ -57,6 +61,38 @@ def worlds_router(worlds: WorldService) -> APIRouter:
             answer = _facts(worlds, world_id)
             known = facts_json[world_id] = (etag_of(answer.version), answer.model_dump_json().encode())
         return Response(known[1], media_type=JSON, headers={"etag": known[0]})
+
+    numbers_json: dict[str, tuple[str, bytes]] = {}
+    """Likewise for numeric facts."""
+
+    @router.get("/worlds/{world_id}/numbers", response_model=NumbersBody)
+    def get_numbers(world_id: Id) -> Response:
+        """Every numeric fact with its source and time: batteries, loads, numbers of samples, readings."""
+        etag = etag_of(worlds.numbers_version(world_id))
+        known = numbers_json.get(world_id)
+        if known is None or known[0] != etag:
+            answer = _numbers(worlds, world_id)
+            known = numbers_json[world_id] = (etag_of(answer.version), answer.model_dump_json().encode())
+        return Response(known[1], media_type=JSON, headers={"etag": known[0]})
+
+    @router.put("/worlds/{world_id}/numbers", responses=declared(412))
+    def correct_numbers(
+        world_id: Id, body: CorrectNumbers, response: Response, if_match: IfMatch = None
+    ) -> NumbersBody:
+        """Correct numeric facts, all or none. With `If-Match`, only if they were not changed since (412).
+
+        What is counted from facts follows these and is refused, as is a value out of range.
+        """
+        worlds.correct_numbers(
+            world_id,
+            [(one.quantity, one.args, one.value) for one in body.numbers],
+            actor=ACTOR,
+            comment=body.comment,
+            expected_version=version_of(if_match),
+        )
+        answer = _numbers(worlds, world_id)
+        response.headers["etag"] = etag_of(answer.version)
+        return answer
 
     @router.get("/worlds/{world_id}/unknown")
     def get_unknown(world_id: Id) -> Page[UnknownBody]:
@@ -110,6 +146,29 @@ def _facts(worlds: WorldService, world_id: str, dropped: Sequence[SymbolicFact] 
     ]
     edition = worlds.edition(world_id)
     return FactsBody(items=items, version=version, edition=edition, dropped=list(dropped))
+
+
+def _numbers(worlds: WorldService, world_id: str) -> NumbersBody:
+    rows, version = worlds.numbers(world_id)
+    base = worlds.knowledge_base
+    items: list[NumberBody] = []
+    for row in rows:
+        spec = base.quantities.get(row.quantity)
+        items.append(
+            NumberBody(
+                quantity=row.quantity,
+                args=tuple(row.args),
+                value=row.value,
+                unit="" if spec is None else spec.unit,
+                text=words_of((row.quantity, tuple(row.args)), row.value, base),
+                counted=spec is not None and bool(spec.counts),
+                source=row.source,
+                at_s=row.at_s,
+                recorded_at=row.recorded_at,
+                version=row.version,
+            )
+        )
+    return NumbersBody(items=items, version=version)
 
 
 def _believed(worlds: WorldService, known: Mapping[str, Any]) -> BelievedBody:

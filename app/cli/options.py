@@ -116,6 +116,7 @@ def named_world(
     :param knowledge_base: None: that of the packs.
     """
     from app.domain.world_model import initial_facts
+    from app.domain.world_model.numbers import initial_numbers
     from app.packs import STORE
     from app.packs.find import load_packs
     from planner import KnowledgeBaseError
@@ -130,6 +131,7 @@ def named_world(
     )
     try:
         initial_facts(world, knowledge_base or packs.knowledge_base())
+        initial_numbers(world, knowledge_base or packs.knowledge_base())
     except (KnowledgeBaseError, Invalid) as error:
         fail(f"{name} is not a valid world: facts: {error}")
     return world

@@ -446,6 +446,28 @@ class FactsChanged(Event, type="world.facts_changed"):
     removed: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NumberChange:
+    """A numeric fact that has changed; `before` is null if it was not known."""
+
+    quantity: str
+    args: tuple[str, ...]
+    value: float
+    before: float | None
+
+
+class NumbersChanged(Event, type="world.numbers_changed"):
+    """Numeric facts of the world have changed, such as a robot's battery, or are `gone` with what they told of, each
+    written `battery(rover_1)`; `version` counts these changes.
+    """
+
+    version: int
+    source: str
+    at_s: float
+    changed: tuple[NumberChange, ...]
+    gone: tuple[str, ...] = ()
+
+
 class WorldChanged(Event, type="world.changed"):
     """The world itself has changed and is now at `edition`; `changes` in words. `undoes`: the edition taken back."""
 
@@ -484,6 +506,14 @@ class FactsCorrected(Event, type="world.corrected"):
     actor: str
     comment: str
     dropped: tuple[SymbolicFact, ...]
+
+
+class NumbersCorrected(Event, type="world.numbers_corrected"):
+    """An operator has corrected numeric facts of the world; `stated` in words."""
+
+    actor: str
+    comment: str
+    stated: tuple[str, ...]
 
 
 class FactsReconciled(Event, type="world.reconciled"):

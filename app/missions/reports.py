@@ -99,6 +99,7 @@ class MissionReports:
     def __init__(
         self, core: Core, *, waiting: WaitingGoals, plausibility: Plausibility, changes: WorldChanges
     ) -> None:
+        self._core = core
         self._database = core.database
         self._workflows = core.workflows
         self._events = core.events
@@ -276,7 +277,7 @@ class MissionReports:
         mission = subject.mission
         if report.packet_id not in packets_of(script):
             return
-        keep_results(session, self._events, report, script, mission)
+        keep_results(session, self._core, report, script, mission)
         known = dict(script.packets.get(report.packet_id, {}))
         if known.get("state") in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
             return  # a later report has arrived before it

@@ -91,7 +91,8 @@ class WorldChanges:
         self._refuse_unknown(world)
         with self._core.database.read() as session:
             checked = self._checked(session, world, edits, expected)
-            return replace(checked, outdated=self._outdated(session, world, checked.edited.facts))
+            compared = self._core.facts.numbers.compared(session, world)
+            return replace(checked, outdated=self._outdated(session, world, checked.edited.facts | compared))
 
     def change(
         self,
@@ -198,6 +199,7 @@ class WorldChanges:
         at_s = self._clocks[world].now_s()
         change = checked.change
         version = row.version
+        row.layout = layout_of(edited.world)
         core.facts.change(
             session,
             world,
@@ -209,8 +211,8 @@ class WorldChanges:
         )
         row.version = max(row.version, version + 1)  # what readers compare; an edit may change no fact
         session.flush()
+        core.facts.numbers.complete(session, edited.world, edited.facts, source=source, at_s=at_s)
         _forget_gone(session, edited.world)
-        row.layout = layout_of(edited.world)
         recorded = EditionRow(
             world=world,
             edition=checked.edition,

@@ -19,7 +19,7 @@ from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
 from app.planning.proposals import close_plans
-from app.store import FactRow, GoalRow, LostRobotRow, MissionRow, ScriptRow, UnknownRow, WorldRow
+from app.store import FactRow, GoalRow, LostRobotRow, MissionRow, NumberRow, ScriptRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
 from robots.wire import FailureCategory
 from robots.world import WorldFile
@@ -57,14 +57,20 @@ def start_world_run(
     row.title = world.title or world.name
     row.layout = layout_of(world)
     session.flush()
+    source = f"world file {world.name}"
     if row.run in (run, UNKNOWN_RUN):
         row.run = run
+        core.facts.numbers.complete(
+            session, world, core.facts.facts(session, world.name), source=source, at_s=0.0
+        )
         return True
     row.run = run
-    session.execute(delete(FactRow).where(FactRow.world == world.name))
+    for table in (FactRow, NumberRow):
+        session.execute(delete(table).where(table.world == world.name))
     facts = initial_facts(world, core.knowledge_base)
     renew_tunings(session, world.name)
-    core.facts.change(session, world.name, add=facts, source=f"world file {world.name}", at_s=0.0)
+    core.facts.change(session, world.name, add=facts, source=source, at_s=0.0)
+    core.facts.numbers.complete(session, world, facts, source=source, at_s=0.0)
     session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name))
     _forget_abandoned(session, world.name)

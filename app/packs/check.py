@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from app.domain.errors import Invalid
 from app.domain.mission_organiser import load_library
 from app.domain.world_model import initial_facts
+from app.domain.world_model.numbers import initial_numbers
 from app.packs.contents import contents_of
 from app.packs.errors import PackError
 from app.packs.pack import Pack
@@ -85,6 +86,7 @@ def _world_faults(pack: Pack, packs: Packs, knowledge_base: KnowledgeBase) -> It
         try:
             world = load_world(path, worlds={}, tags=repertoire.tags, check_tuning=repertoire.tuned)
             initial_facts(world, knowledge_base)
+            initial_numbers(world, knowledge_base)
         except WorldFileError as error:
             yield str(error)
         except (KnowledgeBaseError, Invalid) as error:

@@ -1,6 +1,6 @@
 """Operators' decisions on plans: approve or reject. A plan that the world has made stale expires instead."""
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -26,16 +26,17 @@ from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
 from app.domain.world_model import broken_support, taken_by
+from app.domain.world_model.numbers import Term
 from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
 from app.planning.proposals import WITHOUT_BODY, close_plans, open_plans, plan_row, read_bodies
 from app.planning.requests import PlanningRequests
-from app.store import GoalRow, MissionRow, PlanRow
+from app.store import GoalRow, MissionRow, NumberRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.records import lost_robots, page, robots_out_of_service
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
-from planner import Fact, PlanNet
+from planner import Fact, PlanNet, number_words
 
 AUTOMATIC = "auto_approve"
 """The actor of decisions on plans whose goals were submitted with `auto_approve`."""
@@ -285,15 +286,23 @@ class Staleness:
     def of(self, session: Session, plan: PlanRow, goal: GoalRow) -> list[str]:
         """Each condition of the plan that no longer holds, with what holds instead, in words; empty if all hold."""
         net = self._plan_nets.of(session, plan.id)
-        false = broken_support(net, self._facts.facts(session, plan.world))
+        false = broken_support(net, self._facts.supporting(session, plan.world))
         believed = self._facts.believed(session, plan.world) if false else ()
+        numbers = {
+            (row.quantity, tuple(row.args)): row
+            for row in (self._facts.numbers.rows(session, plan.world) if false else ())
+        }
         return [
-            *(self._change(fact, believed) for fact in false),
+            *(self._change(fact, believed, numbers) for fact in false),
             *self._withdrawn(session, net, plan.world),
             *self._taken(session, net, goal),
         ]
 
-    def _change(self, fact: Fact, believed: Sequence[DatedFact]) -> str:
+    def _change(self, fact: Fact, believed: Sequence[DatedFact], numbers: Mapping[Term, NumberRow]) -> str:
+        if (comparison := self._knowledge_base.comparisons.get(fact.predicate)) is not None:
+            row = numbers.get((comparison.quantity, fact.args))
+            now = [f"it is {number_words(row.value)}, {row.source} at {row.at_s:.0f} s"] if row else []
+            return ": ".join([f"{comparison.of(*fact.args)} is no longer true", *now])
         now = [
             f"{self._words(one.fact)}, {one.source} at {one.at_s:.0f} s"
             for one in beliefs_contradicting(fact, believed)

@@ -26,6 +26,7 @@ from app.domain.world_model import (
     spot_of,
     union_of,
 )
+from app.domain.world_model.numbers import BATTERY
 from app.domain.world_model.vocabulary import planner_fact
 from app.planning.pool.withheld import Withheld, is_ability
 from app.store import GoalRow, MissionRow, PlanRow, WorldRow
@@ -33,7 +34,7 @@ from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
 from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
-from planner import Fact, PlanNet, PlanningProblem, scale_term
+from planner import Fact, Numbers, PlanNet, PlanningProblem, scale_term
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -94,15 +95,21 @@ class ProblemBuilder:
         clocks: Mapping[str, Clock],
         points: Points,
         unavailable: UnavailableRobots,
+        low_battery: float = 0.0,
     ) -> None:
-        """:param clocks: the worlds' clocks by the world's name."""
+        """
+        :param clocks: the worlds' clocks by the world's name.
+        :param low_battery: a robot whose battery is known to hold less, 0 to 1, is not recruited.
+        """
         self._facts = core.facts
+        self._numbers = core.facts.numbers
         self._reservations = core.reservations
         self._knowledge_base = core.knowledge_base
         self._worlds = worlds
         self._clocks = clocks
         self._points = points
         self._unavailable = unavailable
+        self._low_battery = low_battery
 
     def build(self, session: Session, goal: GoalRow) -> GoalProblem:
         """The goal's current problem; its plan may use what the goal's own mission has reserved.
@@ -133,7 +140,13 @@ class ProblemBuilder:
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted if is_known)
         facts = self._facts.counting_for(session, goal.world, goals, since_s=_begun_s(session, goal))
         stages = constraints.stages_of(goals) if is_known else {}
-        unavailable = {**self._unavailable(goal.world), **withdrawn_robot_reasons(session, goal.world)}
+        numbers = self._numbers.for_planner(session, goal.world)
+        facts |= self._knowledge_base.compared(numbers)
+        unavailable = {
+            **self._resting(numbers),
+            **self._unavailable(goal.world),
+            **withdrawn_robot_reasons(session, goal.world),
+        }
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
@@ -142,7 +155,7 @@ class ProblemBuilder:
         problem = planning_problem(
             world, able, goals, spots=spots, reserved=reserved, knowledge_base=self._knowledge_base
         )
-        problem = replace(problem, stages=stages)
+        problem = replace(problem, stages=stages, numbers=numbers)
         issues = blocking(check_request(stated, constraints, world, facts, self._knowledge_base))
         return GoalProblem(
             problem=self._urgent(_scaled(problem, factors), goal),
@@ -167,7 +180,7 @@ class ProblemBuilder:
         built = self.build(session, goal)
         net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
         is_current = plan.state == PlanState.PROPOSED and not broken_support(
-            net, self._facts.facts(session, plan.world)
+            net, self._facts.supporting(session, plan.world)
         )
         return CurrentProblem(
             goal=goal,
@@ -176,6 +189,14 @@ class ProblemBuilder:
             is_current=is_current,
             world_version=built.world_version,
         )
+
+    def _resting(self, numbers: Numbers) -> Mapping[str, str]:
+        """The robots whose battery is known to be too low, though they may be silent now."""
+        return {
+            args[0]: f"which rests, its battery at {level:.0%}"
+            for (quantity, args), level in numbers.items()
+            if quantity == BATTERY and level < self._low_battery
+        }
 
     def _urgent(self, problem: PlanningProblem, goal: GoalRow) -> PlanningProblem:
         """The problem with the goal's priority and the time left until its deadline."""

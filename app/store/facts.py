@@ -12,6 +12,7 @@ from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
+from app.store.numbers import NumberStore
 from app.store.tables import utc_now
 from app.store.unknowns import INSTEAD_OF, PLACED, unknown_rows
 from planner import Fact, KnowledgeBase
@@ -36,6 +37,7 @@ class FactStore:
     def __init__(self, events: EventLog, knowledge_base: KnowledgeBase) -> None:
         self._events = events
         self._knowledge_base = knowledge_base
+        self.numbers = NumberStore(events, knowledge_base)
         self._read: dict[str, tuple[int, frozenset[Fact]]] = {}
         """By world, the facts read last, with their version."""
 
@@ -53,6 +55,10 @@ class FactStore:
         if rows and world not in session.info.get(_CHANGED, ()):
             self._read[world] = rows[0].version, facts
         return facts
+
+    def supporting(self, session: Session, world: str) -> frozenset[Fact]:
+        """The world's facts and those that stand for comparisons of its numbers: what plans may rest on."""
+        return self.facts(session, world) | self.numbers.compared(session, world)
 
     def counting_for(
         self, session: Session, world: str, goals: Iterable[Fact], *, since_s: float | None
@@ -95,6 +101,7 @@ class FactStore:
                 session,
                 self._events,
                 self._knowledge_base,
+                numbers=self.numbers,
                 world=self.lock(session, world),
                 rows=self.rows(session, world),
                 unknown=unknown_rows(session, world),
@@ -127,6 +134,7 @@ class WorldFacts:
         events: EventLog,
         knowledge_base: KnowledgeBase,
         *,
+        numbers: NumberStore,
         world: WorldRow,
         rows: Iterable[FactRow],
         unknown: Iterable[UnknownRow],
@@ -134,6 +142,7 @@ class WorldFacts:
         self._session = session
         self._events = events
         self._knowledge_base = knowledge_base
+        self._numbers = numbers
         self._world = world
         self._rows = {row.atom: row for row in rows}
         self._unknown = {row.name: row for row in unknown}
@@ -216,6 +225,8 @@ class WorldFacts:
                     removed=self._relations(Fact(old.predicate, tuple(old.args)) for old in gone),
                 ),
             )
+            changed = frozenset(Fact(old.predicate, tuple(old.args)) for old in gone).union(new)
+            self._numbers.count(self._session, self._world, changed, self.facts, source=source, at_s=at_s)
         if before:
             believed = tuple(map(self._belief, before))
             contradicted = FactsContradicted(subject=world, source=source, at_s=at_s, believed=believed)

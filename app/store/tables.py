@@ -75,7 +75,8 @@ class WorldRow(Base):
     """A world.
 
     `version` counts the changes of its facts, `releases` how often something in it became free; `run` is the id of the
-    run that the facts belong to, None if it cannot be continued.
+    run that the facts belong to, None if it cannot be continued. `numbers_version` counts the changes of its numeric
+    facts.
     """
 
     __tablename__ = "worlds"
@@ -85,6 +86,7 @@ class WorldRow(Base):
     version: Mapped[int] = mapped_column(default=1)
     releases: Mapped[int] = mapped_column(default=0)
     run: Mapped[str | None] = mapped_column(String(64))
+    numbers_version: Mapped[int] = mapped_column(default=0, server_default="0")
 
 
 class FactRow(Base):
@@ -101,6 +103,23 @@ class FactRow(Base):
     source: Mapped[str]
     at_s: Mapped[float]
     instead_of: Mapped[list[Any]] = mapped_column(default=list)
+    recorded_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class NumberRow(Base):
+    """A numeric fact with its source and time (world's clock); `term` is `battery(rover_1)`, `version` the world's
+    `numbers_version` with which it came to this value.
+    """
+
+    __tablename__ = "numbers"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    term: Mapped[str] = mapped_column(String(400), primary_key=True)
+    quantity: Mapped[str]
+    args: Mapped[list[Any]]
+    value: Mapped[float]
+    source: Mapped[str]
+    at_s: Mapped[float]
+    version: Mapped[int]
     recorded_at: Mapped[str] = mapped_column(default=utc_now)
 
 

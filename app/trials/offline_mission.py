@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.mission_organiser import Library, Organised, load_library, organise
 from app.domain.world_model import Facts, initial_facts, initial_spots, objects_of, planning_problem
+from app.domain.world_model.numbers import Things, initial_numbers
 from app.domain.world_model.vocabulary import planner_fact, symbolic_all
 from planner import KnowledgeBase, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
 from robots.wire import BehaviourScript, SymbolicFact
@@ -36,11 +37,13 @@ def goal_problem(
     """The planning problem of the goals; each names one place, not a location with several berths."""
     objects = objects_of(world)
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
-    permitted = constraints.in_world(world).applied_to(facts - knowledge_base.achieved_each_time(wanted))
+    numbers = Things.of(world).for_planner(initial_numbers(world, knowledge_base))
+    known = (facts - knowledge_base.achieved_each_time(wanted)) | knowledge_base.compared(numbers)
+    permitted = constraints.in_world(world).applied_to(known)
     problem = planning_problem(
         world, permitted, wanted, spots=initial_spots(world), knowledge_base=knowledge_base
     )
-    return replace(problem, stages=constraints.stages_of(wanted))
+    return replace(problem, stages=constraints.stages_of(wanted), numbers=numbers)
 
 
 def plan_mission(

@@ -17,6 +17,7 @@ from robots.world.parts import (
     Slope,
     Wall,
     WorldFact,
+    WorldNumber,
 )
 from robots.world.radio import Contact, LinkSpec, Outage
 
@@ -40,6 +41,7 @@ __all__ = [
     "WorldFact",
     "WorldFile",
     "WorldFileError",
+    "WorldNumber",
     "digest_of",
     "generate_world",
     "load_world",

@@ -27,6 +27,7 @@ from robots.world.parts import (
     Slope,
     Wall,
     WorldFact,
+    WorldNumber,
 )
 from robots.world.radio import LinkSpec
 from robots.world.slopes import overlapping
@@ -50,6 +51,7 @@ class WorldFile(Checked):
     samples: tuple[Sample, ...] = ()
     deliveries: tuple[Delivery, ...] = ()
     facts: tuple[WorldFact, ...] = ()
+    numbers: tuple[WorldNumber, ...] = ()
     link: LinkSpec = LinkSpec()
 
     @cached_property

@@ -213,6 +213,14 @@ class Slope(Rectangle):
     pace: float = Field(ge=0.1, le=1)
 
 
+class WorldNumber(Checked):
+    """An initial number, such as the last reading of a sensor at a place; robots' batteries are theirs."""
+
+    quantity: str
+    args: tuple[str, ...] = Field(min_length=1)
+    value: float = Field(allow_inf_nan=False)
+
+
 class WorldFact(Checked):
     """An extra initial fact, in rel/ref form."""
 

@@ -122,6 +122,7 @@ class RemoveSample(EditOfOne):
             world,
             samples=_without(self.name, world.samples),
             facts=tuple(fact for fact in world.facts if self.name not in fact.args),
+            numbers=tuple(one for one in world.numbers if self.name not in one.args),
         )
         return Edited(without, self, AddSample(sample=lay))
 
@@ -161,6 +162,7 @@ class RemoveRobot(EditOfOne):
             world,
             robots=_without(self.name, world.robots),
             facts=tuple(fact for fact in world.facts if self.name not in fact.args),
+            numbers=tuple(one for one in world.numbers if self.name not in one.args),
         )
         return Edited(without, self, AddRobot(robot=robot))
 
@@ -219,6 +221,7 @@ class RemovePlace(EditOfOne):
             locations=_without(self.name, world.locations),
             deliveries=tuple(one for one in world.deliveries if one.at not in gone),
             facts=tuple(fact for fact in world.facts if not gone.intersection(fact.args)),
+            numbers=tuple(one for one in world.numbers if not gone.intersection(one.args)),
         )
         return Edited(without, self, AddPlace(place=place))
 
