@@ -13,7 +13,7 @@ from robots.repertoire import PacketSpec, SensedFacts, read_packet
 
 
 class PackContents(BaseModel):
-    """A pack and what it brings: the names of actions, predicates and worlds, the tags of packets, the words of verbs.
+    """A pack and what it brings: the names of actions, predicates, quantities and worlds, the tags of packets, the words of verbs.
 
     `senses` are facts that its robots perceive beside those that all do.
 
@@ -30,6 +30,7 @@ class PackContents(BaseModel):
     needs: dict[str, str]
     actions: Sequence[str]
     predicates: Sequence[str]
+    quantities: Sequence[str]
     packets: Sequence[str]
     senses: Sequence[str]
     verbs: Sequence[str]
@@ -53,6 +54,7 @@ def contents_of(pack: Pack) -> PackContents:
         needs=dict(pack.needs),
         actions=[action.name for part in parts for action in part.actions],
         predicates=[name for part in parts for name in part.predicates],
+        quantities=[name for part in parts for name in part.quantities],
         packets=sorted({file.tag for file in files if isinstance(file, PacketSpec)}),
         senses=[one.fact for file in files if isinstance(file, SensedFacts) for one in file.sensed_facts],
         verbs=verbs,
