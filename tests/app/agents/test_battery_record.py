@@ -43,9 +43,9 @@ class Recording:
         with database.write() as session:
             start_world_run(session, self.core, STORE.world, "run")
         self.releases = 0
-        self.record = self.anew()
+        self.record = self.started()
 
-    def anew(self) -> BatteryRecord:
+    def started(self) -> BatteryRecord:
         """As in a process that starts."""
         return BatteryRecord(
             self.core,
@@ -135,6 +135,6 @@ def test_what_an_operator_has_stated_stands_until_the_robot_tells_again(recordin
 
 def test_a_process_that_starts_compares_with_what_is_recorded(recording: Recording) -> None:
     recording.tell(0.7)
-    recording.record = recording.anew()
+    recording.record = recording.started()
     recording.tell(0.69)
     assert recording.recorded == [0.7]
