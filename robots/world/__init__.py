@@ -4,7 +4,7 @@ from robots.world.digest import digest_of
 from robots.world.edition import Edition
 from robots.world.file import WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
-from robots.world.load import WorldFileError, load_world, named_worlds, shipped_worlds
+from robots.world.load import WorldFileError, load_world, named_worlds, read_world, shipped_worlds
 from robots.world.parts import (
     Compartment,
     Delivery,
@@ -46,6 +46,7 @@ __all__ = [
     "generate_world",
     "load_world",
     "named_worlds",
+    "read_world",
     "shipped_worlds",
     "store_shape",
     "world_yaml",

@@ -14,7 +14,15 @@ from robots.world.file import WorldFile
 
 
 class WorldFileError(ValueError):
-    """Raised when a world file is missing, not YAML, or not a valid world; the message says what and where."""
+    """Raised when a world file is missing, not YAML, or not a valid world; the message says what and where.
+
+    :param faults: what does not fit, each with its place in the file; none if it cannot be read at all.
+    """
+
+    def __init__(self, message: str, faults: Iterable[str] = ()) -> None:
+        self.faults = tuple(faults)
+        lines = (f"  {fault}" for fault in self.faults)
+        super().__init__("\n".join([message, *lines]))
 
 
 def shipped_worlds() -> dict[str, Path]:
@@ -44,6 +52,21 @@ def load_world(
     :raises WorldFileError: naming the file, the slot and the choices.
     """
     text, origin = _read(str(name_or_file), shipped_worlds() if worlds is None else worlds)
+    return read_world(text, origin, tags=tags, check_tuning=check_tuning)
+
+
+def read_world(
+    text: str,
+    origin: str,
+    *,
+    tags: Collection[str] | None = None,
+    check_tuning: Callable[[PacketTunings], object] | None = None,
+) -> WorldFile:
+    """The world that a text describes, in YAML or JSON, checked; `tags` and `check_tuning` as of `load_world`.
+
+    :param origin: what messages call the text.
+    :raises WorldFileError: naming the origin, the slot and the choices.
+    """
     try:
         data = read_yaml(text)
     except yaml.YAMLError as error:
@@ -64,7 +87,7 @@ def load_world(
 
 
 def _invalid(origin: str, faults: Iterable[str]) -> WorldFileError:
-    return WorldFileError("\n".join([f"{origin} is not a valid world:", *(f"  {fault}" for fault in faults)]))
+    return WorldFileError(f"{origin} is not a valid world:", faults)
 
 
 def _unknown_tags(world: WorldFile, tags: Collection[str], text: str) -> Iterator[str]:
