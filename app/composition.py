@@ -14,7 +14,8 @@ from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.battery_record import BatteryRecord
 from app.agents.edition_delivery import EditionDelivery
 from app.agents.robot_directory import RobotDirectory
-from app.agents.running_world import RunningWorld
+from app.agents.running_world import RunningWorld, WorldHost
+from app.agents.running_worlds import RunningWorlds
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
@@ -32,6 +33,7 @@ from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.world_changes import WorldChanges
+from app.missions.world_set import FileChecks, WorldSet
 from app.missions.world_start import end_missions_of_absent_worlds, start_world
 from app.packs.contents import contents_of
 from app.packs.find import load_packs
@@ -96,13 +98,16 @@ class Service:
         *,
         viewer: Callable[[], str | None] = lambda: None,
         worker: PlanningWorker | None = None,
+        host: WorldHost | None = None,
         compilation: BackgroundCompilation | None = None,
         serves: Collection[Queue] | None = None,
         tell: Callable[[str], None] = logger.info,
     ) -> None:
         """
+        :param worlds: those that are given at the start; the caller ends them.
         :param viewer: the address of the 3D view, None while there is none.
         :param worker: the planning processes; made and closed by the service if None.
+        :param host: makes worlds run that are added meanwhile; None: none can be added.
         :param compilation: of what this process and its children call; started and closed by the caller.
         :param serves: the queues whose workflows run here; by default all, without planning processes only missions.
         :param tell: called with a message about each step of the planner's start; unused if `worker` is given.
@@ -118,9 +123,10 @@ class Service:
         # A process that only plans keeps nothing in the data folder.
         self._lock = lock_folder(settings.data) if self._drives_robots else None
         self.token = settings.resolved_token() if self._drives_robots else ""
-        self._worlds = {world.file.name: world for world in worlds}
-        files = {name: world.file for name, world in self._worlds.items()}
-        self.clocks: dict[str, Clock] = {name: world.clock for name, world in self._worlds.items()}
+        self._running = RunningWorlds(worlds, agents=self._agents_of, board=lambda: self.board)
+        self._given = tuple(self._running)
+        files = {name: world.file for name, world in self._running.items()}
+        self.clocks: Mapping[str, Clock] = self._running.each(lambda world: world.clock)
         self.planner_ready: Future[bool] = Future()
         """Done once the first planning process can plan; raises Unavailable if none starts."""
         self._owns_worker = worker is None
@@ -133,11 +139,11 @@ class Service:
         )
         self._compilation = compilation
         self._wire_store(served, files)
+        self._wire_worlds(host)
         self._wire_robots()
         self._wire_planning()
         self._wire_missions()
         self._wire_recordings()
-        self._agent_models = [self._agents_of(world) for world in worlds]
 
     def _wire_store(self, served: Collection[Queue], files: Mapping[str, WorldFile]) -> None:
         """The database, the durable workflows, and the registry of the processes that share them."""
@@ -160,30 +166,51 @@ class Service:
             plan_nets=plan_nets,
             reservations=Reservations(plan_nets),
         )
-        self._notifications = NotificationListener(self.database, self.workflows.topics)
         self.executors = ExecutorRegistry(
             self.database,
             self.workflows,
             serves=[queue.name for queue in served],
-            worlds=self._files if self._drives_robots else (),
+            worlds=self._running if self._drives_robots else (),
             planning=self._planning_status,
             packs=self._pack_digests,
         )
         self._retention = Retention.of(self.database, self.workflows, settings)
+
+    def _wire_worlds(self, host: WorldHost | None) -> None:
+        """Worlds that are added and removed while the service runs."""
+        repertoire = self.packs.repertoire()
+        self.world_set = WorldSet(
+            self.core,
+            files=self._files,
+            running=self._running,
+            host=host,
+            checks=FileChecks(tags=repertoire.tags, tuning=repertoire.tuned),
+            limit=self.settings.worlds,
+        )
+        topics = {**self.workflows.topics, **self.world_set.topics}
+        self._notifications = NotificationListener(self.database, topics)
 
     def _wire_robots(self) -> None:
         """The robots' state, and what operators send to robots directly: questions, set-points, tunings."""
         settings = self.settings
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
         self._files.renewed.append(self.board.renew)
+        self._files.removed.append(self.board.forget)
         self.contact = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
+        self._files.removed.append(self.contact.forget)
         self.questions = Questions(patience_s=settings.answer_patience_s)
-        self.worlds = WorldService(self.core, worlds=self._files, clocks=self.clocks)
+        self.worlds = WorldService(
+            self.core,
+            worlds=self._files,
+            clocks=self.clocks,
+            status=lambda name: self._running[name].status(),
+            find=self.world_set.find,
+        )
         self.robots = RobotDirectory(
             self.database, worlds=self._files, board=self.board, contact=self.contact
         )
-        paces = {name: world.pace for name, world in self._worlds.items()}
-        self.teleoperation = Teleoperation(self.robots, paces)
+        self._paces = self._running.each(lambda world: world.pace)
+        self.teleoperation = Teleoperation(self.robots, self._paces)
         self.tunings = TuningService(self.core, worlds=self._files, repertoire=self.packs.repertoire())
 
     def _wire_planning(self) -> None:
@@ -205,6 +232,7 @@ class Service:
             points=self.board.points,
             unavailable=self.board.unavailable,
             low_battery=settings.low_battery,
+            find=self.world_set.find,
         )
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core)
@@ -244,7 +272,7 @@ class Service:
             open_goals=settings.open_goals,
             verbs=self.packs.verbs(),
             requests=self._requests,
-            paces={name: world.pace for name, world in self._worlds.items()},
+            paces=self._paces,
         )
 
     def _wire_missions(self) -> None:
@@ -264,7 +292,7 @@ class Service:
             core,
             worlds=self._files,
             clocks=self.clocks,
-            lags_s={name: world.lag_s for name, world in self._worlds.items()},
+            lags_s=self._running.each(lambda world: world.lag_s),
             board=self.board,
         )
         self.reports = MissionReports(
@@ -275,7 +303,7 @@ class Service:
         self._mission_life = MissionLife(
             core,
             dispatcher=dispatcher,
-            times={name: WorldTime.of(world) for name, world in self._worlds.items()},
+            times=self._running.each(WorldTime.of),
             patience_s=self.settings.answer_patience_s,
             recovery=RecoverySteps(self.events, requests=self._requests),
             waiting=self._waiting_goals,
@@ -297,14 +325,16 @@ class Service:
         name = world.file.name
         drives_world = partial(self.executors.holds_lease, name)
         each_turn = partial(self._waiting_goals.handle_availability, name)
-        if world.fleet is not None:
+        if world.driver is not None:
+            late = world.late
             run = FleetRun(
                 self.core,
                 self._files,
                 name,
-                world.fleet,
+                world.driver,
                 waiting=self._waiting_goals,
                 holds_lease=drives_world,
+                new_run_reason=lambda: "" if late is None else late.new_run_reason,
             )
             each_turn = partial(_call_all, (run.follow, each_turn))
         return AgentModels(
@@ -348,6 +378,7 @@ class Service:
             export=self.export,
             missions=self.missions,
             worlds=self.worlds,
+            world_set=self.world_set,
             world_changes=self.world_changes,
             robots=self.robots,
             questions=self.questions,
@@ -373,7 +404,7 @@ class Service:
     def _other_packs(self, executors: Sequence[Executor]) -> Sequence[str]:
         """Which executors and fleets run other domain packs than this process, in words."""
         theirs = {f"executor {one.id} on {one.host}": one.packs for one in executors}
-        for name, world in self._worlds.items():
+        for name, world in self._running.items():
             if isinstance(fleet := world.fleet, DeclaresPacks):
                 theirs[f"the fleet of {name}"] = fleet.packs
         found = ((who, difference(self._pack_digests, packs)) for who, packs in theirs.items() if packs)
@@ -388,12 +419,13 @@ class Service:
         The planner warms up in the background: missions do not need it, and goals wait for it.
         """
         self.planner_ready = self._worker.warm_up()
-        simulated = [name for name, world in self._worlds.items() if world.run is not None]
+        self.world_set.restore()
+        simulated = [name for name, world in self._running.items() if world.fleet is None]
         self.executors.register(simulated if self._drives_robots else ())
         for words in self._other_packs([one for one in self.executors.executors() if one.alive]):
             logger.error("give every process the same packs (--pack, MACTA_PACKS): %s", words)
         # Also worlds that another process drives: it may end before it has recorded them.
-        driven = list(self._worlds.values()) if self._drives_robots else []
+        driven = list(self._running.values()) if self._drives_robots else []
         with self.database.write() as session:
             for world in driven:
                 start_world(session, self.core, world, self._files[world.file.name])
@@ -402,17 +434,16 @@ class Service:
         self._start_workflows()
         self.executors.start()
         self._notifications.start()
-        for world in self._worlds.values():
-            world.listen(self.board)
-        for agents in self._agent_models:
-            agents.start()
+        for name in self._given:
+            self._running.start(name)
+        self.world_set.start()
         with self.database.write() as session:
             for world in driven:
                 self._waiting_goals.release(session, world.file.name)
         self._retention.start()
         self._recorder.start()
-        for world in self._worlds.values():
-            world.resume()
+        for name in self._given:
+            self._running.resume(name)
 
     def _start_workflows(self) -> None:
         workflows = self.core.workflows
@@ -429,12 +460,13 @@ class Service:
         self.stopping.set()
         self._retention.close()
         self._recorder.close()
-        for agents in self._agent_models:
-            agents.close()
+        self.world_set.close()
+        self._running.close()
         self._notifications.close()
         self.executors.stop()
         self.core.workflows.close()
         self.executors.close()
+        self._running.end()
         if self._owns_worker:
             self._worker.close()
         self.database.close()
@@ -455,7 +487,7 @@ class Service:
 
 def _run_of(world: RunningWorld) -> str | None:
     """The run that messages are exchanged with now."""
-    return world.run if world.fleet is None else world.fleet.taken_up
+    return world.run if world.driver is None else world.driver.taken_up
 
 
 def _call_all(functions: Sequence[Callable[[], None]]) -> None:

@@ -53,6 +53,9 @@ class Settings(BaseSettings):
     open_goals: int = Field(
         default=2000, ge=1, description="maximum of open goals; further ones are refused for now"
     )
+    worlds: int = Field(
+        default=16, ge=1, description="maximum of worlds; further ones are not added while the service runs"
+    )
     open_streams: int = Field(default=500, ge=1, description="maximum of clients that follow a stream")
     connections: int = Field(
         default=2000, ge=1, description="maximum of open connections, with and without a token"

@@ -143,6 +143,8 @@ class AgentModels:
 
     def close(self) -> None:
         self._background.end()
+        if self._due.set in self._database.committed:
+            self._database.committed.remove(self._due.set)
 
     def _run(self) -> None:
         due_s = 0.0

@@ -32,8 +32,15 @@ class ContactMonitor:
         self._clocks = clocks
         self._wall = wall
         self._worlds = worlds
-        self._began_s = {world: clock.now_s() for world, clock in clocks.items()}
-        self._began_monotonic_s = wall.monotonic_s()
+        self._began = {world: self._now(world) for world in clocks}
+
+    def forget(self, world: str) -> None:
+        """The world no longer runs; if it is added again, its robots' silence counts from then on."""
+        self._began.pop(world, None)
+
+    def _now(self, world: str) -> tuple[float, float]:
+        """The world's clock and the monotonic clock."""
+        return self._clocks[world].now_s(), self._wall.monotonic_s()
 
     def silent_in_s(self, robot: str) -> float:
         """Least world seconds until its silence is longer than its radio explains; 0 once it is.
@@ -43,12 +50,11 @@ class ContactMonitor:
         """
         view = self._board.view(robot)
         link = self._link(robot)
-        now_s = self._clocks[view.world].now_s()
-        heard_s = self._began_s[view.world] if view.heard_s is None else view.heard_s
-        heard_monotonic_s = (
-            self._began_monotonic_s if view.heard_monotonic_s is None else view.heard_monotonic_s
-        )
-        unheard_s = self._wall.monotonic_s() - heard_monotonic_s
+        now_s, monotonic_s = self._now(view.world)
+        began_s, began_monotonic_s = self._began.setdefault(view.world, (now_s, monotonic_s))
+        heard_s = began_s if view.heard_s is None else view.heard_s
+        heard_monotonic_s = began_monotonic_s if view.heard_monotonic_s is None else view.heard_monotonic_s
+        unheard_s = monotonic_s - heard_monotonic_s
         if view.is_gone and unheard_s >= QUIET_S:
             return 0.0
         # The world's clock goes back when a new run begins.

@@ -107,6 +107,13 @@ class RobotBoard:
             self._generation += 1
             self._changed.notify_all()
 
+    def forget(self, world: str) -> None:
+        """Know no robots of the world any longer."""
+        with self._changed:
+            self._views = {name: view for name, view in self._views.items() if view.world != world}
+            self._generation += 1
+            self._changed.notify_all()
+
     def views(self, world: str | None = None) -> Mapping[str, RobotView]:
         with self._changed:
             return {n: v for n, v in self._views.items() if world is None or v.world == world}

@@ -2,8 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
 
-from app.agents import RobotBoard
+from app.agents.late_simulation import LateSimulation
+from app.agents.robot_board import RobotBoard
 from robots.clock import Clock
 from robots.link import Link
 from robots.link.mqtt.fleet import ANNOUNCE_INTERVAL_S
@@ -14,6 +17,63 @@ FLAT_OUT = 200.0
 """Assumed maximum rate of a world that runs as fast as possible, world seconds per wall-clock second (our choice)."""
 
 
+class WorldState(StrEnum):
+    """Whether messages are exchanged with a world."""
+
+    STARTING = "starting"
+    """Its simulation is being built."""
+    WAITING_FOR_FLEET = "waiting_for_fleet"
+    """No fleet has announced that it drives the world."""
+    RUNNING = "running"
+    """Its run is known."""
+    FAILED = "failed"
+    """Its simulation could not be built."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorldStatus:
+    """:param detail: what is waited for, or why it failed, in words."""
+
+    state: WorldState
+    detail: str = ""
+
+
+class Driver(Protocol):
+    """What drives a world and reports its run: a fleet, or a simulation that is being built."""
+
+    @property
+    def run(self) -> str | None:
+        """The run of the world, None before it was announced."""
+        ...
+
+    @property
+    def taken_up(self) -> str | None:
+        """The run that messages are exchanged with."""
+        ...
+
+    def take_up(self, run: str) -> None: ...
+
+
+class WorldHost(Protocol):
+    """Makes worlds run that are added while the service runs."""
+
+    @property
+    def simulates(self) -> bool:
+        """True if it starts their simulations itself, False if fleets drive them."""
+        ...
+
+    def open(self, file: WorldFile, *, rate: float | None) -> "RunningWorld":
+        """The world, started anew or resumed; returns at once.
+
+        :param rate: world seconds per wall-clock second; None: the host's.
+        """
+        ...
+
+    def forget(self, file: WorldFile) -> None:
+        """Drop what is kept of a world that was removed and has ended."""
+        ...
+
+
 def _nothing() -> None: ...
 
 
@@ -22,8 +82,10 @@ class RunningWorld:
     """A world whose robots are reached over `link`, in the time of `clock`.
 
     :param rate: world seconds per wall-clock second; None: as fast as possible.
-    :param run: the id of the world's run, kept when it is resumed; None if `fleet` reports it.
+    :param run: the id of the world's run, kept when it is resumed; None if `fleet` or `late` reports it.
     :param fleet: the link to the process that drives the world, if that starts and ends by itself.
+    :param late: its simulation, if that is built while the service runs.
+    :param close: called after the world was removed, or at the service's end; the default: the caller closes it.
     :param new_run_reason: why a new run was started, if an earlier one might have been resumed.
     :param resume: called once the service receives messages; a simulated world is paused until then.
     """
@@ -36,6 +98,26 @@ class RunningWorld:
     new_run_reason: str = ""
     resume: Callable[[], None] = _nothing
     fleet: ServiceEnd | None = None
+    late: LateSimulation | None = None
+    close: Callable[[], None] = _nothing
+
+    @property
+    def driver(self) -> Driver | None:
+        """What reports the world's run, if that is not known from the start."""
+        return self.fleet or self.late
+
+    def status(self) -> WorldStatus:
+        if self.late is not None:
+            if self.late.failure:
+                return WorldStatus(state=WorldState.FAILED, detail=self.late.failure)
+            if self.late.taken_up is None:
+                return WorldStatus(state=WorldState.STARTING, detail=self.late.doing)
+        if self.fleet is not None and self.fleet.run is None:
+            return WorldStatus(
+                state=WorldState.WAITING_FOR_FLEET,
+                detail=f"no fleet drives {self.file.name} yet: start `macta fleet` with the same world file",
+            )
+        return WorldStatus(state=WorldState.RUNNING)
 
     def lag_s(self) -> float:
         """World seconds by which `clock` may be behind the world's own clock."""

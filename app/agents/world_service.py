@@ -7,6 +7,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from app.agents.running_world import WorldState, WorldStatus
 from app.core import Core
 from app.domain.durations import Durations
 from app.domain.errors import Invalid, NotFound, Outdated
@@ -52,13 +53,29 @@ class WorldReport:
     version: int
     edition: int
     layout: Mapping[str, Any]
+    status: WorldState
+    status_detail: str
 
 
 class WorldService:
     """Reads worlds and facts; takes operators' corrections."""
 
-    def __init__(self, core: Core, *, worlds: WorldDirectory, clocks: Mapping[str, Clock]) -> None:
-        """:param clocks: by world."""
+    def __init__(
+        self,
+        core: Core,
+        *,
+        worlds: WorldDirectory,
+        clocks: Mapping[str, Clock],
+        status: Callable[[str], WorldStatus],
+        find: Callable[[str], None] = lambda world: None,
+    ) -> None:
+        """
+        :param clocks: by world.
+        :param status: whether messages are exchanged with a world.
+        :param find: looks again for a world of that name, which another process may just have added.
+        """
+        self._status = status
+        self._find = find
         self._database = core.database
         self._events = core.events
         self._facts = core.facts
@@ -71,11 +88,12 @@ class WorldService:
         """Called with the transaction and the world once an operator has corrected numbers."""
 
     def reports(self) -> list[WorldReport]:
-        """Every world, in the order given at the start; the page shows the first one by default."""
+        """Every world, those given at the start first; the page shows the first one by default."""
+        names = tuple(self._worlds)
         with self._database.read() as session:
-            rows = session.scalars(select(WorldRow).where(WorldRow.id.in_(self._worlds)))
-            known = {row.id: self._report(row) for row in rows}
-        return [known[name] for name in self._worlds if name in known]
+            rows = {row.id: row for row in session.scalars(select(WorldRow).where(WorldRow.id.in_(names)))}
+        known = {name: self._report(rows[name]) for name in names if name in rows and name in self._worlds}
+        return list(known.values())
 
     def get(self, world: str) -> WorldReport:
         self.world(world)
@@ -92,6 +110,7 @@ class WorldService:
             return next(iter(self._worlds.values()))
         if name is None:
             raise Invalid("several worlds run: name one", code="world-needed", choices=sorted(self._worlds))
+        self._find(name)
         if name not in self._worlds:
             raise NotFound(f"unknown world {name!r}", code="unknown-world", choices=sorted(self._worlds))
         return self._worlds[name]
@@ -287,6 +306,7 @@ class WorldService:
                 )
 
     def _report(self, row: WorldRow) -> WorldReport:
+        status = self._status(row.id)
         return WorldReport(
             id=row.id,
             name=row.id,
@@ -295,6 +315,8 @@ class WorldService:
             version=row.version,
             edition=self._worlds.edition(row.id).number,
             layout=row.layout,
+            status=status.state,
+            status_detail=status.detail,
         )
 
 

@@ -34,11 +34,13 @@ from app.api.streams import DepartureMiddleware, streams_router
 from app.api.teleoperation import teleoperation_router
 from app.api.viewer_proxy import view_router, viewer_router
 from app.api.world_changes import world_changes_router
+from app.api.world_set import world_set_router
 from app.api.worlds import worlds_router
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
 from app.missions.world_changes import WorldChanges
+from app.missions.world_set import WorldSet
 from app.packs.contents import PackContents
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
@@ -81,6 +83,7 @@ class Services:
     export: PlanExport
     missions: MissionService
     worlds: WorldService
+    world_set: WorldSet
     world_changes: WorldChanges
     robots: RobotDirectory
     questions: Questions
@@ -110,6 +113,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(plans_router(service.plans, service.explanations, service.export))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
+    api.include_router(world_set_router(service.world_set, service.worlds))
     api.include_router(world_changes_router(service.world_changes, service.worlds.knowledge_base))
     api.include_router(
         robots_router(
@@ -163,6 +167,8 @@ def _add_health(api: FastAPI, service: Services) -> None:
         `compilation` is `compiled` once the planner and the worlds run at full speed. Before, it is `compiling`, or
         `waiting` while another process on the machine compiles them: problems of up to 8 goals are planned all the
         same, larger ones wait for it. It is `uncompiled` if they will not be compiled.
+
+        `starting` names worlds that were added and do not run yet: the others do not wait for them.
         """
         try:
             executors = [one for one in service.executors.executors() if one.alive]
@@ -178,7 +184,9 @@ def _add_health(api: FastAPI, service: Services) -> None:
             detail = f"give every process the same packs (--pack, MACTA_PACKS): {'; '.join(others)}"
             return problems.problem(503, "packs-differ", detail)
         plans = any(PLANNING.name in one.serves for one in executors)
-        ready = {"status": "ready", "compilation": service.compilation().value}
+        ready: dict[str, Any] = {"status": "ready", "compilation": service.compilation().value}
+        if starting := service.world_set.starting():
+            ready["starting"] = starting
         if not plans:
             # Goals are accepted, and planned once a planning process runs.
             return JSONResponse({**ready, "detail": "no process plans: start `macta worker`"})

@@ -7,6 +7,7 @@ from typing import Any, Generic, Literal, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import from_json, to_json
 
+from app.agents.running_world import WorldState
 from app.api.parameters import Name
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.terms import GoalTerms, Reading
@@ -340,6 +341,8 @@ class WorldItem(BaseModel):
     time_s: float
     version: int = Field(description="counts the changes of its facts")
     edition: int = Field(description="counts the changes of the world itself since its file")
+    status: WorldState = Field(description="whether messages are exchanged with the world")
+    status_detail: str = Field(description="what is waited for, or why it failed; empty if it runs")
 
 
 class WorldBody(WorldItem):

@@ -139,6 +139,11 @@ def _of_body(body: bytes) -> Iterator[Misfit]:
         document = json.loads(body)
     except (ValueError, RecursionError):
         return
+    yield from refused_in(document)
+
+
+def refused_in(document: Any) -> Iterator[Misfit]:
+    """Misfits of the strings and keys of a document of JSON's types."""
     pending: list[tuple[str, Any]] = [("body", document)]
     while pending:
         slot, value = pending.pop()

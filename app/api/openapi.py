@@ -8,6 +8,8 @@ from fastapi import FastAPI
 from app.api.auth import OPEN_PATHS
 from app.api.event_schema import ANY_EVENT, REF, event_schemas
 from app.api.problems import Problem, declared
+from app.api.world_set import WORLD_FILE
+from robots.world import WorldFile
 
 TOKEN_SCHEME = "token"
 EVENTS_PATH = "/v1/events"
@@ -35,6 +37,9 @@ def _complete(document: dict[str, Any]) -> None:
     problem = Problem.model_json_schema(ref_template=REF)
     schemas |= problem.pop("$defs")
     schemas[Problem.__name__] = problem
+    world_file = WorldFile.model_json_schema(ref_template=REF)
+    for name, schema in {**world_file.pop("$defs"), WORLD_FILE: world_file}.items():
+        schemas.setdefault(name, schema)
     for name, schema in event_schemas().items():
         schemas.setdefault(name, schema)
     for path, operations in document["paths"].items():

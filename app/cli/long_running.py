@@ -5,7 +5,8 @@ import signal
 import threading
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from typing import TYPE_CHECKING, TypeVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from rich.console import Console
 from rich.markup import escape
@@ -49,16 +50,18 @@ def enter_all(blocks: Iterable[AbstractContextManager[T]]) -> Iterator[Sequence[
 @contextmanager
 def fleet_over_broker(broker: Broker | Transport, world: WorldFile) -> Iterator[ServiceEnd]:
     """The link to the world's fleet, which may start later."""
-    robots = [robot.name for robot in world.robots]
-    fleet: ServiceEnd
-    if isinstance(broker, Broker):
-        fleet = ServiceLink(world.name, robots, broker, digest=digest_of(world))
-    else:
-        fleet = broker.service_end(world.name, robots, digest=digest_of(world))
+    fleet = _fleet_end(broker, world)
     try:
         yield fleet
     finally:
         fleet.close()
+
+
+def _fleet_end(broker: Broker | Transport, world: WorldFile) -> ServiceEnd:
+    robots = [robot.name for robot in world.robots]
+    if isinstance(broker, Broker):
+        return ServiceLink(world.name, robots, broker, digest=digest_of(world))
+    return broker.service_end(world.name, robots, digest=digest_of(world))
 
 
 @contextmanager
@@ -68,6 +71,26 @@ def world_over_broker(broker: Broker | Transport, world: WorldFile) -> "Iterator
 
     with fleet_over_broker(broker, world) as fleet:
         yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
+
+
+@dataclass(frozen=True, slots=True)
+class FleetHost:
+    """Has worlds that are added driven by their fleets, over a broker; implements `WorldHost`."""
+
+    broker: Broker | Transport
+    simulates: ClassVar[bool] = False
+
+    def open(self, file: WorldFile, *, rate: float | None) -> "RunningWorld":
+        """:param rate: chosen by the fleet, so unused."""
+        from app.agents.running_world import RunningWorld
+
+        fleet = _fleet_end(self.broker, file)
+        return RunningWorld(
+            file=file, link=fleet, clock=fleet.clock, run=None, fleet=fleet, close=fleet.close
+        )
+
+    def forget(self, file: WorldFile) -> None:
+        """Nothing is kept here: the fleet has its own snapshots."""
 
 
 def warn_of_broker(broker: Broker | Transport | None) -> None:

@@ -5,7 +5,7 @@ import gc
 import signal
 import socket
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -18,6 +18,7 @@ from app.api.connections import BoundedListener, ConnectionLimits, Connections, 
 from app.cli.background import background_compilation, groups_for
 from app.cli.http_server import HttpServer
 from app.cli.long_running import (
+    FleetHost,
     end_signal,
     log_warnings,
     report_new_run,
@@ -25,21 +26,20 @@ from app.cli.long_running import (
     world_over_broker,
 )
 from app.cli.settings import settings_of
+from app.cli.simulation_host import SimulationHost
 from app.cli.start_progress import StartProgress
 from app.cli.view_process import ViewProcess
 from app.domain.errors import Invalid, Unavailable
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
 from app.settings import Settings
-from app.store.recorded_run import recorded_edition, recorded_run
 from robots.background_compilation import BackgroundCompilation
 from robots.world import WorldFile
-from sim import SnapshotSettings, SupervisedWorld
+from sim import SupervisedWorld
 
 if TYPE_CHECKING:
     from app.agents.running_world import RunningWorld
     from app.composition import Service
-    from app.packs.pack_set import Packs
 
 READY_POLL_S = 0.05
 ALIVE_POLL_S = 1.0
@@ -82,29 +82,29 @@ def serve(
         worker.warm_up()
         threads = ThreadPoolExecutor(len(worlds))
         parts.callback(threads.shutdown, wait=False, cancel_futures=True)
-        start = partial(
-            _simulation,
-            settings=settings,
-            packs=packs,
-            speed=speed,
-            seed=seed,
-            start_new=start_new,
-            progress=progress,
-        )
-        simulations = [threads.submit(start, world) for world in worlds if broker is None]
+        simulations = SimulationHost(settings=settings, packs=packs, speed=speed, seed=seed)
+        start = partial(_simulation, simulations, start_new=start_new, tell=progress.tell)
+        starts = [threads.submit(start, world) for world in worlds if broker is None]
         # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
         from app.composition import Service
 
         if broker is None:
             running = [
                 parts.enter_context(_embedded(world, simulation.result(), speed))
-                for world, simulation in zip(worlds, simulations, strict=True)
+                for world, simulation in zip(worlds, starts, strict=True)
             ]
         else:
             running = [parts.enter_context(world_over_broker(broker, world)) for world in worlds]
         view = ViewProcess()
         service = parts.enter_context(
-            Service(settings, running, viewer=view.address, worker=worker, compilation=compilation)
+            Service(
+                settings,
+                running,
+                viewer=view.address,
+                worker=worker,
+                host=simulations if broker is None else FleetHost(broker),
+                compilation=compilation,
+            )
         )
         server.serve(service.api)
         gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
@@ -118,33 +118,11 @@ def serve(
 
 
 def _simulation(
-    world: WorldFile,
-    *,
-    settings: Settings,
-    packs: "Packs",
-    speed: float,
-    seed: int,
-    start_new: bool,
-    progress: StartProgress,
+    simulations: SimulationHost, world: WorldFile, *, start_new: bool, tell: Callable[[str], None]
 ) -> SupervisedWorld:
-    """The world, simulated by a child process from its snapshot in the data folder, and paused."""
-    snapshots = SnapshotSettings(
-        folder=settings.data / "worlds",
-        run=recorded_run(settings.resolved_database_url(), world.name),
-        start_new=start_new,
-    )
-    simulation = SupervisedWorld.start(
-        world,
-        snapshots,
-        seed=seed,
-        speed=speed,
-        jitter_m=0.0,
-        edition=recorded_edition(settings.resolved_database_url(), world),
-        packet_files=packs.packets,
-        tell=progress.tell,
-    )
+    """The world's simulation, paused; prints whether it is resumed."""
+    simulation = simulations.start(world, start_new=start_new, tell=tell)
     _report_world(world, simulation)
-    simulation.pause()
     return simulation
 
 

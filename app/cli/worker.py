@@ -6,7 +6,14 @@ from typing import Any
 from rich.console import Console
 
 from app.cli.background import background_compilation, groups_for
-from app.cli.long_running import end_signal, enter_all, log_warnings, warn_of_broker, world_over_broker
+from app.cli.long_running import (
+    FleetHost,
+    end_signal,
+    enter_all,
+    log_warnings,
+    warn_of_broker,
+    world_over_broker,
+)
 from app.cli.settings import settings_of
 from app.cli.start_progress import StartProgress
 from app.composition import Service
@@ -34,7 +41,14 @@ def worker(worlds: Sequence[WorldFile], given: Mapping[str, Any]) -> None:
         enter_all(world_over_broker(broker, world) for world in worlds) as running,
         background_compilation(groups_for(())) as compilation,
         StartProgress(Console(stderr=True)) as progress,
-        Service(settings, running, serves=serves, tell=progress.tell, compilation=compilation) as service,
+        Service(
+            settings,
+            running,
+            serves=serves,
+            host=FleetHost(broker),
+            tell=progress.tell,
+            compilation=compilation,
+        ) as service,
     ):
         service.planner_ready.result()
         progress.end()

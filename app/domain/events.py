@@ -468,6 +468,22 @@ class NumbersChanged(Event, type="world.numbers_changed"):
     gone: tuple[str, ...] = ()
 
 
+class WorldAdded(Event, type="world.added"):
+    """An operator has added a world, which is at `edition` and starts now; `robots` are in it."""
+
+    edition: int
+    robots: tuple[str, ...]
+    actor: str
+    reason: str
+
+
+class WorldRemoved(Event, type="world.removed"):
+    """An operator has removed the world: it no longer runs, nor will after a restart; its history stays."""
+
+    actor: str
+    reason: str
+
+
 class WorldChanged(Event, type="world.changed"):
     """The world itself has changed and is now at `edition`; `changes` in words. `undoes`: the edition taken back."""
 

@@ -1,29 +1,14 @@
-"""Records the run of a world whose fleet starts by itself, before messages are exchanged with its robots."""
+"""Records the run of a world whose fleet or simulation starts by itself, before messages are exchanged with it."""
 
 from collections.abc import Callable, Mapping
 from typing import Protocol, runtime_checkable
 
+from app.agents.running_world import Driver
 from app.core import Core
 from app.missions.world_start import start_world_run
 from app.planning.waiting_goals import WaitingGoals
 from app.store import WorldRow
 from robots.world import WorldFile
-
-
-class Fleet(Protocol):
-    """The process that drives a world's robots, at the other end of their link."""
-
-    @property
-    def run(self) -> str | None:
-        """The run of the world that it drives, None before it was announced."""
-        ...
-
-    @property
-    def taken_up(self) -> str | None:
-        """The run that messages are exchanged with."""
-        ...
-
-    def take_up(self, run: str) -> None: ...
 
 
 @runtime_checkable
@@ -44,13 +29,15 @@ class FleetRun:
         core: Core,
         worlds: Mapping[str, WorldFile],
         world: str,
-        fleet: Fleet,
+        fleet: Driver,
         *,
         waiting: WaitingGoals,
         holds_lease: Callable[[], bool] = lambda: True,
+        new_run_reason: Callable[[], str] = lambda: "",
     ) -> None:
         """
         :param worlds: the newest edition of each. :param world: the fleet's.
+        :param new_run_reason: why it drives a new run, if an earlier one might have been resumed.
         :param holds_lease: True while this process, of those that share the database, is the one that drives the world.
         """
         self._core = core
@@ -59,6 +46,7 @@ class FleetRun:
         self._fleet = fleet
         self._waiting = waiting
         self._holds_lease = holds_lease
+        self._new_run_reason = new_run_reason
 
     def follow(self) -> None:
         """Record the fleet's run if it has changed, and exchange messages with it. Called often; cheap if unchanged."""
@@ -73,7 +61,9 @@ class FleetRun:
 
     def _start(self, run: str) -> None:
         with self._core.database.write() as session:
-            if not start_world_run(session, self._core, self._worlds[self._world], run):
+            world = self._worlds[self._world]
+            why_new = self._new_run_reason()
+            if not start_world_run(session, self._core, world, run, new_run_reason=why_new):
                 self._waiting.release(session, self._world)
 
     def _is_recorded(self, run: str) -> bool:

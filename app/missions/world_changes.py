@@ -75,16 +75,18 @@ class WorldChanges:
         self._waiting = waiting
 
     def history(self, world: str, *, limit: int, before: int | None) -> Sequence[EditionRow]:
-        """The editions since the world's file, newest first, without their documents.
+        """The editions since the world's file, newest first, without their documents; also of a world that was removed.
 
         :param before: only those before this edition; None: all.
         """
-        self._refuse_unknown(world)
         query = select(EditionRow).where(EditionRow.world == world).options(defer(EditionRow.document))
         if before is not None:
             query = query.where(EditionRow.edition < before)
         with self._core.database.read() as session:
-            return session.scalars(query.order_by(EditionRow.edition.desc()).limit(limit)).all()
+            rows = session.scalars(query.order_by(EditionRow.edition.desc()).limit(limit)).all()
+        if not rows and before is None:
+            self._refuse_unknown(world)
+        return rows
 
     def check(self, world: str, edits: Sequence[WorldEdit], *, expected: int | None) -> CheckedChange:
         """What the edits would change; raises what `change` would."""

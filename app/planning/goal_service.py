@@ -34,7 +34,7 @@ from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow
-from app.store.records import lock_goal, page
+from app.store.records import lock_goal, page, refuse_removed
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -132,6 +132,7 @@ class GoalService:
             known = session.get(GoalRow, goal_id)
             if known is not None:
                 return _same(known, request, world)
+            refuse_removed(session, world.name)
             self._refuse_too_many(session)
             facts = self._facts.facts(session, world.name)
             missions = partial(self._open_missions, session, world.name)

@@ -96,11 +96,14 @@ class ProblemBuilder:
         points: Points,
         unavailable: UnavailableRobots,
         low_battery: float = 0.0,
+        find: Callable[[str], None] = lambda world: None,
     ) -> None:
         """
         :param clocks: the worlds' clocks by the world's name.
         :param low_battery: a robot whose battery is known to hold less, 0 to 1, is not recruited.
+        :param find: looks again for a world of that name, which another process may just have added.
         """
+        self._find = find
         self._facts = core.facts
         self._numbers = core.facts.numbers
         self._reservations = core.reservations
@@ -117,6 +120,7 @@ class ProblemBuilder:
         :raises Conflict: if its world does not run.
         """
         self._worlds.read(session)
+        self._find(goal.world)
         if goal.world not in self._worlds:
             raise Conflict(
                 f"world {goal.world} is not running in this service; start it with --world",

@@ -154,7 +154,7 @@ class Recorder:
                 moved.add(row.subject)
             elif row.type == WorldChanged.TYPE:
                 self._write_world(row.subject)
-        for world in moved & {recording.world for recording in self._open.values()}:
+        for world in filter(self._clock_map.knows, moved & {one.world for one in self._open.values()}):
             samples = self._bodies.samples(world)
             for recording in self._open.values():
                 if recording.world == world:
@@ -162,7 +162,7 @@ class Recorder:
 
     def _write_world(self, world: str) -> None:
         """Write a changed world; a replay shows the last one."""
-        changed = [recording for recording in self._open.values() if recording.world == world]
+        changed = [one for one in self._open.values() if one.world == world and self._clock_map.knows(world)]
         body = self._bodies.world(world) if changed else None
         for recording in changed:
             recording.places = self._bodies.places(world)
@@ -180,15 +180,18 @@ class Recorder:
     def _records(self, ids: Collection[str]) -> list[MissionRecord]:
         """The records of those missions that this process has to record."""
         missions = self._missions.missions(ids)
-        return self._missions.records(
-            [one for one in missions if self._drives(one.world) and self._is_wanted(one)]
-        )
+        return self._missions.records([one for one in missions if self._is_wanted(one)])
 
     def _is_wanted(self, mission: MissionRow) -> bool:
+        if not self._clock_map.knows(mission.world):
+            return mission.id in self._open  # its world was removed before its last events were written
+        if not self._drives(mission.world):
+            return False
+        if mission.id in self._open:
+            return True
         # A recording begins when the mission's first robot starts.
         begun = mission.started_at_s is not None
-        unrecorded = mission.state not in ENDED or not self._recordings.has(mission.id)
-        return mission.id in self._open or (begun and unrecorded)
+        return begun and (mission.state not in ENDED or not self._recordings.has(mission.id))
 
     def _resume(self) -> None:
         """Begin another part of the recordings that an earlier process left open."""

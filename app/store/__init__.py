@@ -11,6 +11,7 @@ from app.store.engine import (
     write_last,
 )
 from app.store.tables import (
+    AddedWorldRow,
     Base,
     DurationRow,
     EditionRow,
@@ -34,6 +35,7 @@ from app.store.tables import (
 
 __all__ = [
     "WRITTEN",
+    "AddedWorldRow",
     "Base",
     "Database",
     "DurationRow",

@@ -8,7 +8,7 @@ from sqlalchemy import func, select, tuple_
 from sqlalchemy.orm import Session
 
 from app.store.engine import Database
-from app.store.tables import EditionRow
+from app.store.tables import AddedWorldRow, EditionRow
 from robots.world import Edition, WorldFile, digest_of
 
 Value = TypeVar("Value")
@@ -16,17 +16,20 @@ FILE_REPLACED = "the world file was replaced"
 
 
 class WorldDirectory(Mapping[str, WorldFile]):
-    """The newest edition of each world, by name, in the order given at the start. Thread-safe.
+    """The newest edition of each world, by name, in the order in which they came. Thread-safe.
 
     Another process's changes are read at the next `follow`, or by `read` within a transaction.
     """
 
     def __init__(self, database: Database, files: Mapping[str, WorldFile]) -> None:
         self._database = database
-        self._files = files
+        self._lock = threading.Lock()
+        self._files = dict(files)
         self._newest = {name: Edition(0, file) for name, file in files.items()}
         self.renewed: list[Callable[[WorldFile], None]] = []
         """Called with a world's newest edition once it is known."""
+        self.removed: list[Callable[[str], None]] = []
+        """Called with the name of a world that no longer runs here."""
         self._has_changed = threading.Event()
         if database.shared:
             database.committed.append(self._has_changed.set)
@@ -49,21 +52,50 @@ class WorldDirectory(Mapping[str, WorldFile]):
 
     def put(self, edition: Edition) -> None:
         """Take an edition that was recorded, unless a newer one is known."""
-        if edition.number > self._newest[edition.world.name].number:
-            self._newest[edition.world.name] = edition
-            for notify in self.renewed:
-                notify(edition.world)
+        name = edition.world.name
+        with self._lock:
+            if name not in self._newest or edition.number <= self._newest[name].number:
+                return
+            self._newest = {**self._newest, name: edition}
+        self._tell(edition.world)
+
+    def add(self, file: WorldFile, edition: Edition) -> None:
+        """Know a further world, as of its newest edition."""
+        with self._lock:
+            self._files = {**self._files, file.name: file}
+            self._newest = {**self._newest, file.name: edition}
+        self._tell(edition.world)
+
+    def remove(self, name: str) -> None:
+        """Know the world no longer."""
+        with self._lock:
+            self._files = _without(self._files, name)
+            self._newest = _without(self._newest, name)
+        for notify in self.removed:
+            notify(name)
+
+    def _tell(self, world: WorldFile) -> None:
+        for notify in self.renewed:
+            notify(world)
 
     def each(self, of: Callable[[WorldFile], Value]) -> Mapping[str, Value]:
         """By world, what a function makes of its newest edition."""
-        return _Each(self, of)
+        each = _Each(self, of)
+        self.removed.append(each.forget)
+        return each
 
     def start(self, session: Session) -> None:
-        """Take the recorded editions; of a world whose file was replaced since, record the file as the newest."""
+        """Take the recorded editions; of a world whose file was replaced since, record the file as the newest.
+
+        The file counts also for a world that was added earlier.
+        """
         for file in self._files.values():
             newest = newest_edition(session, file)
             if newest.number and newest.world is file:
-                session.add(_replacement(newest))
+                session.add(file_edition(newest, actor=f"world file {file.name}", reason=FILE_REPLACED))
+                added = session.get(AddedWorldRow, file.name)
+                if added is not None:
+                    added.document = file.model_dump(mode="json")
             self.put(newest)
 
     def follow(self) -> None:
@@ -76,10 +108,11 @@ class WorldDirectory(Mapping[str, WorldFile]):
     def read(self, session: Session) -> None:
         """Read the editions that are recorded."""
         query = select(EditionRow.world, func.max(EditionRow.edition)).group_by(EditionRow.world)
+        known = self._newest
         numbers = [
             (world, number)
-            for world, number in session.execute(query.where(EditionRow.world.in_(self._newest)))
-            if number > self._newest[world].number
+            for world, number in session.execute(query.where(EditionRow.world.in_(known)))
+            if number > known[world].number
         ]
         if numbers:
             keys = tuple_(EditionRow.world, EditionRow.edition)
@@ -108,6 +141,13 @@ class _Each(Mapping[str, Value]):
     def __len__(self) -> int:
         return len(self._worlds)
 
+    def forget(self, name: str) -> None:
+        self._known.pop(name, None)
+
+
+def _without(known: Mapping[str, Value], name: str) -> dict[str, Value]:
+    return {one: value for one, value in known.items() if one != name}
+
 
 def newest_edition(session: Session, file: WorldFile) -> Edition:
     """The world as the record has it; its file as a further edition if that is another than was recorded."""
@@ -124,7 +164,8 @@ def _edition(row: EditionRow) -> Edition:
     return Edition(row.edition, WorldFile.model_validate(row.document))
 
 
-def _replacement(edition: Edition) -> EditionRow:
+def file_edition(edition: Edition, *, actor: str, reason: str) -> EditionRow:
+    """The record of an edition that is a whole world file."""
     return EditionRow(
         world=edition.world.name,
         edition=edition.number,
@@ -132,7 +173,7 @@ def _replacement(edition: Edition) -> EditionRow:
         file_digest=digest_of(edition.world),
         edits=[],
         undo=[],
-        actor=f"world file {edition.world.name}",
-        reason=FILE_REPLACED,
+        actor=actor,
+        reason=reason,
         at_s=0.0,
     )

@@ -10,10 +10,11 @@ from sqlalchemy import Select, inspect, select, tuple_
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.interfaces import ORMOption
 
-from app.domain.errors import Invalid, unrecorded
+from app.domain.errors import Invalid, NotFound, unrecorded
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
 from app.store.tables import (
+    AddedWorldRow,
     GoalRow,
     LostRobotRow,
     MissionRow,
@@ -31,6 +32,16 @@ UNENDED_SCRIPT = (
     ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
 )
 """Conditions on scripts: given to a robot, which has not reported their end."""
+
+
+def refuse_removed(session: Session, world: str) -> None:
+    """Hold the world against removal until the end of the transaction.
+
+    :raises NotFound: if it was removed meanwhile.
+    """
+    query = select(AddedWorldRow.removed_at).where(AddedWorldRow.world == world)
+    if session.scalar(query.with_for_update(read=True)) is not None:
+        raise NotFound(f"unknown world {world!r}: it was removed", code="unknown-world", thing=world)
 
 
 def lock_goal(session: Session, goal_id: str) -> GoalRow:

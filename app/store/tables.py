@@ -190,6 +190,25 @@ class EditionRow(Base):
     detail: Mapped[str] = mapped_column(default="")
 
 
+class AddedWorldRow(Base):
+    """A world that was added while the service ran, and starts again with it.
+
+    `document` is its file as JSON; `rate`: world seconds per wall-clock second, None: the service's. Of one that was
+    removed, `removed_at` and who did it and why are kept until it is added again.
+    """
+
+    __tablename__ = "added_worlds"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    document: Mapped[dict[str, Any]]
+    rate: Mapped[float | None]
+    added_by: Mapped[str]
+    reason: Mapped[str]
+    added_at: Mapped[str] = mapped_column(default=utc_now)
+    removed_at: Mapped[str | None]
+    removed_by: Mapped[str | None]
+    removal_reason: Mapped[str | None]
+
+
 class GoalRow(Base):
     """A goal.
 

@@ -103,7 +103,7 @@ class ExecutorRegistry:
     ) -> None:
         """
         :param serves: the queues whose workflows this process runs.
-        :param worlds: those whose leases this process may hold.
+        :param worlds: those whose leases this process may hold; read again for each heartbeat.
         :param planning: what this process's planning processes do now, for JSON.
         :param packs: the digests of its domain packs, by name.
         """
@@ -111,7 +111,7 @@ class ExecutorRegistry:
         self._workflows = workflows
         self._serves = list(serves)
         self._executor = workflows.executor
-        self._worlds = sorted(worlds)
+        self._worlds = worlds
         self._planning = planning
         self._packs = packs
         self._clock = clock
@@ -194,7 +194,10 @@ class ExecutorRegistry:
             row.packs = None if self._packs is None else dict(self._packs)
             session.flush()
             dead_before = _dead_before(session, self._database, now)
-            held = [world for world in self._worlds if self._takes(session, world, dead_before)]
+            worlds = sorted(self._worlds)
+            held = [world for world in worlds if self._takes(session, world, dead_before)]
+            here = LeaseRow.holder == self._executor
+            session.execute(delete(LeaseRow).where(here, LeaseRow.world.not_in(worlds)))
         self._leases_until = dict.fromkeys(held, until)
         if self._database.shared:
             self._workflows.dequeue_until(until)
