@@ -11,7 +11,7 @@ from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import RobotBoard, RobotView
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.contact import Connection
-from app.domain.errors import NotFound
+from app.domain.errors import NotFound, UnknownWorld
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
 from app.store import Database, LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
@@ -68,21 +68,25 @@ class RobotDirectory:
         :raises NotFound: if there is no such world.
         """
         if world is not None and world not in self._worlds:
-            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))
+            raise UnknownWorld(world, self._worlds)
         views = self._board.views(world)
         with self._database.read() as session:
             missions = _missions_by_robot(session)
             lost = self._by_robot(session, lost_robots)
             resting = self._by_robot(session, robots_out_of_service)
-        keyed = [
-            ((view.world, name), view)
-            for name, view in sorted(views.items())
-            if name in self._worlds[view.world].reached_by
-        ]
-        return [
-            self._robot(view, missions.get(key), lost=lost.get(key), out_of_service=resting.get(key))
-            for key, view in keyed
-        ]
+        reports = []
+        for name, view in sorted(views.items()):
+            key = (view.world, name)
+            try:
+                if name in self._worlds[view.world].reached_by:
+                    mission = missions.get(key)
+                    reports.append(
+                        self._robot(view, mission, lost=lost.get(key), out_of_service=resting.get(key))
+                    )
+            except KeyError:
+                if view.world in self._worlds:  # else it was removed just now
+                    raise
+        return reports
 
     def _by_robot(
         self, session: Session, of_world: Callable[[Session, str], Sequence[Withdrawn]]

@@ -7,6 +7,7 @@ from typing import TypeVar
 from app.agents.agent_models import AgentModels
 from app.agents.robot_board import RobotBoard
 from app.agents.running_world import RunningWorld
+from app.domain.errors import UnknownWorld
 
 Value = TypeVar("Value")
 
@@ -40,7 +41,10 @@ class RunningWorlds(Mapping[str, RunningWorld]):
     def __getitem__(self, name: str) -> RunningWorld:
         if name not in self._worlds:
             self.unknown()
-        return self._worlds[name]
+        try:
+            return self._worlds[name]
+        except KeyError:
+            raise UnknownWorld(name, self._worlds) from None
 
     def __contains__(self, name: object) -> bool:
         return name in self._worlds

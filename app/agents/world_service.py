@@ -1,6 +1,7 @@
 """The worlds and their facts as clients see them, and operators' corrections of facts."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import WorldState, WorldStatus
 from app.core import Core
 from app.domain.durations import Durations
-from app.domain.errors import Invalid, NotFound, Outdated
+from app.domain.errors import Invalid, Outdated, UnknownWorld
 from app.domain.events import FactsCorrected, NumbersCorrected
 from app.domain.lifecycles.recovery import answer_troubles
 from app.domain.world_model.beliefs import (
@@ -92,8 +93,11 @@ class WorldService:
         names = tuple(self._worlds)
         with self._database.read() as session:
             rows = {row.id: row for row in session.scalars(select(WorldRow).where(WorldRow.id.in_(names)))}
-        known = {name: self._report(rows[name]) for name in names if name in rows and name in self._worlds}
-        return list(known.values())
+        reports = []
+        for name in names:
+            with suppress(UnknownWorld):  # it was removed just now
+                reports += [self._report(rows[name])] if name in rows else []
+        return reports
 
     def get(self, world: str) -> WorldReport:
         self.world(world)
@@ -112,7 +116,7 @@ class WorldService:
             raise Invalid("several worlds run: name one", code="world-needed", choices=sorted(self._worlds))
         self._find(name)
         if name not in self._worlds:
-            raise NotFound(f"unknown world {name!r}", code="unknown-world", choices=sorted(self._worlds))
+            raise UnknownWorld(name, self._worlds)
         return self._worlds[name]
 
     def facts(self, world: str) -> tuple[Sequence[tuple[Relation, FactRow]], int]:

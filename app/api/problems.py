@@ -104,7 +104,8 @@ async def _domain(_: Request, error: Exception) -> JSONResponse:
     about: dict[str, Any] = {"thing": error.thing} if error.thing else {}
     if error.span is not None:
         about["span"] = list(error.span)
-    answer = problem(STATUS.get(type(error), 400), error.code, error.detail, error.choices, **about)
+    status = next((STATUS[kind] for kind in type(error).__mro__ if kind in STATUS), 400)
+    answer = problem(status, error.code, error.detail, error.choices, **about)
     if error.retry_after_s is not None:
         answer.headers["retry-after"] = f"{error.retry_after_s:.0f}"
     return answer

@@ -18,7 +18,7 @@ from app.api.event_schema import RESET
 from app.api.parameters import MAX_NAME_LENGTH
 from app.api.problems import declared
 from app.domain.clock import SYSTEM_CLOCK, WallClock
-from app.domain.errors import Busy, NotFound
+from app.domain.errors import Busy, UnknownWorld
 from app.store import EventRow, is_unavailable
 from app.store.event_log import EventLog, envelope
 from robots.clock import Clock
@@ -116,14 +116,18 @@ class Streams:
         generation = -1
         sent = None
         sent_at_s = 0.0
-        while await self._open(request):
+        while world in self.clocks and await self._open(request):
             begun_s = self.wall.monotonic_s()
             generation = await self._wait(self.board.wait, generation)
             newest = _telemetry_of(self.board, world)
             if sent is None or begun_s - sent_at_s >= AT_REST_INTERVAL_S or not _is_unchanged(sent, newest):
                 sent = newest
                 sent_at_s = begun_s
-                yield ServerSentEvent(data=_telemetry(world, self.clocks[world].now_s(), newest))
+                try:
+                    now_s = self.clocks[world].now_s()
+                except UnknownWorld:
+                    return  # it was removed just now
+                yield ServerSentEvent(data=_telemetry(world, now_s, newest))
             pause_s = TELEMETRY_INTERVAL_S - (self.wall.monotonic_s() - begun_s)
             if pause_s > 0:
                 await anyio.sleep(pause_s)
@@ -233,7 +237,7 @@ def _add_telemetry(router: APIRouter, streams: Streams) -> None:
     def known_world(world: Annotated[str, Query(min_length=1, max_length=MAX_NAME_LENGTH)]) -> str:
         # Before the stream begins, so that it is answered as a problem.
         if world not in streams.clocks:
-            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(streams.clocks))
+            raise UnknownWorld(world, streams.clocks)
         return world
 
     @router.get(

@@ -1,6 +1,6 @@
 """The service's errors. `app.api.problems` turns them into HTTP problem documents."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 
 class MactaError(Exception):
@@ -44,6 +44,13 @@ class NotFound(MactaError):
     """Raised when a request names a thing that does not exist."""
 
     code = "not-found"
+
+
+class UnknownWorld(NotFound, KeyError):
+    """Raised when a world is looked up that does not run, or does no longer: worlds are removed at any time."""
+
+    def __init__(self, name: str, choices: Iterable[str] = ()) -> None:
+        super().__init__(f"unknown world {name!r}", code="unknown-world", choices=sorted(choices), thing=name)
 
 
 def unrecorded(what: str, name: str) -> NotFound:

@@ -8,7 +8,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, defer
 
 from app.core import Core
-from app.domain.errors import Conflict, Invalid, NotFound, Outdated
+from app.domain.errors import Conflict, Invalid, NotFound, Outdated, UnknownWorld
 from app.domain.events import WorldChanged
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import release_abandoned
@@ -332,7 +332,7 @@ class WorldChanges:
 
     def _refuse_unknown(self, world: str) -> None:
         if world not in self._worlds:
-            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))
+            raise UnknownWorld(world, self._worlds)
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:

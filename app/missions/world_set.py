@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld, WorldHost, WorldState
 from app.agents.running_worlds import RunningWorlds
 from app.core import Core
-from app.domain.errors import Busy, Conflict, Invalid, NotFound
+from app.domain.errors import Busy, Conflict, Invalid, UnknownWorld
 from app.domain.events import WorldAdded, WorldRemoved
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.mission import OPEN
@@ -211,7 +211,7 @@ class WorldSet:
             self._database.lock(session, WORLDS)
             row = session.get(AddedWorldRow, name, with_for_update=True)
             if row is None or row.removed_at is not None:
-                raise NotFound(f"unknown world {name!r}", code="unknown-world", choices=sorted(self._files))
+                raise UnknownWorld(name, self._files)
             world = session.get_one(WorldRow, name, with_for_update=True)
             _refuse_in_use(session, name)
             row.removed_at = utc_now()

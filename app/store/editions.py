@@ -7,6 +7,7 @@ from typing import TypeVar
 from sqlalchemy import func, select, tuple_
 from sqlalchemy.orm import Session
 
+from app.domain.errors import UnknownWorld
 from app.store.engine import Database
 from app.store.tables import AddedWorldRow, EditionRow
 from robots.world import Edition, WorldFile, digest_of
@@ -35,7 +36,10 @@ class WorldDirectory(Mapping[str, WorldFile]):
             database.committed.append(self._has_changed.set)
 
     def __getitem__(self, name: str) -> WorldFile:
-        return self._newest[name].world
+        return self.edition(name).world
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._newest
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._newest)
@@ -44,8 +48,14 @@ class WorldDirectory(Mapping[str, WorldFile]):
         return len(self._newest)
 
     def edition(self, name: str) -> Edition:
-        """The newest known edition of a world."""
-        return self._newest[name]
+        """The newest known edition of a world.
+
+        :raises UnknownWorld: if there is none of that name.
+        """
+        try:
+            return self._newest[name]
+        except KeyError:
+            raise UnknownWorld(name, self._newest) from None
 
     def file_digest(self, name: str) -> str:
         return digest_of(self._files[name])

@@ -10,7 +10,7 @@ from sqlalchemy import Select, inspect, select, tuple_
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.interfaces import ORMOption
 
-from app.domain.errors import Invalid, NotFound, unrecorded
+from app.domain.errors import Invalid, UnknownWorld, unrecorded
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
 from app.store.tables import (
@@ -37,11 +37,11 @@ UNENDED_SCRIPT = (
 def refuse_removed(session: Session, world: str) -> None:
     """Hold the world against removal until the end of the transaction.
 
-    :raises NotFound: if it was removed meanwhile.
+    :raises UnknownWorld: if it was removed meanwhile.
     """
     query = select(AddedWorldRow.removed_at).where(AddedWorldRow.world == world)
     if session.scalar(query.with_for_update(read=True)) is not None:
-        raise NotFound(f"unknown world {world!r}: it was removed", code="unknown-world", thing=world)
+        raise UnknownWorld(world)
 
 
 def lock_goal(session: Session, goal_id: str) -> GoalRow:
