@@ -13,6 +13,8 @@ interface World {
   title?: string;
   time_s: number;
   version?: number;
+  status?: "starting" | "waiting_for_fleet" | "running" | "failed";
+  status_detail?: string;
 }
 
 interface Floor {

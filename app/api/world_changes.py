@@ -55,7 +55,9 @@ class EditionBody(BaseModel):
     model_config = ConfigDict(from_attributes=True)
 
     edition: int
-    edits: list[AnyEdit] = Field(description="as they were made; empty if the world file was replaced")
+    edits: list[AnyEdit] = Field(
+        description="as they were made; empty if the world was added, or its file replaced"
+    )
     actor: str
     reason: str
     at_s: float = Field(description="world's clock")

@@ -209,6 +209,8 @@ def create_app(service: FakeService) -> FastAPI:
             "time_s": service.time_s,
             "version": service.version,
             "edition": service.edition,
+            "status": "starting" if name in service.starting else "running",
+            "status_detail": "",
         }
 
     @app.get("/v1/worlds", dependencies=v1)

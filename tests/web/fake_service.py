@@ -89,6 +89,7 @@ class FakeService:
     def __init__(self) -> None:
         self.world = load_world(WORLD)
         self.worlds = [WORLD]
+        self.starting: set[str] = set()
         """Their names; those beside `world` are built alike, and nobody is in them."""
         self.time_s = 12.0
         self.version = 1

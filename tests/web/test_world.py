@@ -111,6 +111,19 @@ def test_the_first_world_of_the_list_is_shown_first(page: Page, service: FakeSer
     expect(page.locator("#world")).to_have_value("yonder")
 
 
+def test_worlds_come_and_go_while_the_page_is_open(page: Page, service: FakeService) -> None:
+    choice = page.locator("#world")
+    service.worlds.append("yonder")
+    service.starting.add("yonder")
+    service.publish("world.added", "yonder")
+    expect(choice.locator("option")).to_have_text([service.world.title, "yonder (starting)"])
+    choice.select_option("yonder")
+    service.worlds.remove("yonder")
+    service.publish("world.removed", "yonder")
+    expect(choice).to_have_value(WORLD)
+    expect(choice.locator("option")).to_have_count(1)
+
+
 def test_a_robot_and_a_sample_looked_at_are_left_with_their_world(map_of: Page, service: FakeService) -> None:
     service.worlds.append("yonder")
     choice, panel = map_of.locator("#world"), map_of.get_by_test_id("robot-panel")

@@ -174,7 +174,7 @@ export function createLoading(store, track) {
       changes.world = true;
       changes.plan ||= store.get().plan?.state === "proposed"; // the change may have outdated it
     } else if (!mission && kind !== "goal") changes.all = true;
-    if (/^(mission|script|world.changed)/.test(type)) changes.robots = true;
+    if (/^(mission|script|world.(changed|added|removed))/.test(type)) changes.robots = true;
     refresh();
   }
 

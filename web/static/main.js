@@ -94,8 +94,12 @@ async function loadWorlds() {
   const worlds = await list("/v1/worlds");
   const worldTimes = Object.fromEntries(worlds.map((world) => [world.id, world.time_s]));
   const isFirst = store.get().world === null;
-  store.update({ worlds, worldTimes, world: store.get().world ?? worlds[0]?.id ?? null });
-  if (isFirst) loading.onWorldChange();
+  const { world } = store.get();
+  const isGone = world !== null && !worlds.some(({ id }) => id === world);
+  if (isGone) store.update({ robot: null, sample: null });
+  store.update({ worlds, worldTimes, world: isFirst || isGone ? (worlds[0]?.id ?? null) : world });
+  if (isGone) refreshAll();
+  else if (isFirst) loading.onWorldChange();
 }
 
 // Robots are requested from time to time, for a robot that falls silent sends no event.
@@ -107,6 +111,12 @@ function tick(withRobots = false) {
   });
 }
 
+/** The world's title, and its status while it does not run. @param {World} world */
+function named({ name, title, status = "running" }) {
+  const shown = title || name;
+  return status === "running" ? shown : `${shown} (${status.replaceAll("_", " ")})`;
+}
+
 function mountWorldChoice() {
   const choice = byId("world", HTMLSelectElement);
   const clock = byId("world-time", HTMLElement);
@@ -115,7 +125,7 @@ function mountWorldChoice() {
     refreshAll();
   });
   store.subscribe((state) => {
-    show(choice, state.worlds.map((world) => el("option", { value: world.id }, world.title || world.name)));
+    show(choice, state.worlds.map((world) => el("option", { value: world.id, title: world.status_detail ?? "" }, named(world))));
     if (state.world !== null) choice.value = state.world;
     clock.textContent = seconds(state.worldTimes[state.world ?? ""]);
   });
@@ -164,6 +174,7 @@ followEvents("/v1/events?state=false", {
   onEvent(event) {
     workbench.onEvent(event);
     loading.onEvent(event);
+    if (/^world\.(added|removed)$/.test(event.type ?? "")) tick(true);
   },
   onState(isOpen) {
     showHealth({ stream: isOpen });
