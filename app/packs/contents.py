@@ -13,7 +13,7 @@ from robots.repertoire import PacketSpec, SensedFacts, read_packet
 
 
 class PackContents(BaseModel):
-    """A pack and what it brings: the names of actions, predicates, quantities and worlds, the tags of packets, the words of verbs.
+    """A pack and what it brings: names of actions, predicates, quantities and worlds, tags of packets, words of verbs.
 
     `senses` are facts that its robots perceive beside those that all do.
 
