@@ -44,6 +44,7 @@ from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
 from app.planning.goal_planning import GoalPlanningJob
 from app.planning.goal_service import GoalService
+from app.planning.hold_service import HoldService
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
@@ -237,6 +238,7 @@ class Service:
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core)
         self.worlds.numbers_corrected.append(self._waiting_goals.release)
+        self.holds = HoldService(core, worlds=self._files, clocks=self.clocks, waiting=self._waiting_goals)
         self.board.became_available.append(self._waiting_goals.robot_available)
         self.board.unavailability_changed.append(self._waiting_goals.unavailability_changed)
         self._goal_planning = GoalPlanningJob(
@@ -272,6 +274,7 @@ class Service:
             open_goals=settings.open_goals,
             verbs=self.packs.verbs(),
             requests=self._requests,
+            holds=self.holds,
             paces=self._paces,
         )
 
@@ -324,7 +327,10 @@ class Service:
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         name = world.file.name
         drives_world = partial(self.executors.holds_lease, name)
-        each_turn = partial(self._waiting_goals.handle_availability, name)
+        each_turn = partial(
+            _call_all,
+            (partial(self._waiting_goals.handle_availability, name), partial(self._follow_holds, name)),
+        )
         if world.driver is not None:
             late = world.late
             run = FleetRun(
@@ -362,6 +368,10 @@ class Service:
             editions=EditionDelivery(self.core, self._files, name, run=lambda: _run_of(world)),
         )
 
+    def _follow_holds(self, world: str) -> None:
+        if self.executors.holds_lease(world):
+            self.holds.follow(world)
+
     @cached_property
     def api(self) -> FastAPI:
         services = Services(
@@ -372,6 +382,7 @@ class Service:
             clocks=self.clocks,
             board=self.board,
             goals=self.goals,
+            holds=self.holds,
             alternatives=self.alternatives,
             plans=self.plans,
             explanations=self.explanations,

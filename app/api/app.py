@@ -22,6 +22,7 @@ from app.api.bodies import GoalBody, plan_body
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
 from app.api.executors import executors_router
 from app.api.goals import goals_router, plans_router
+from app.api.holds import holds_router
 from app.api.input_gate import InputGate
 from app.api.mission_bodies import MissionBody
 from app.api.missions import missions_router
@@ -47,6 +48,7 @@ from app.planning.approval import PlanApproval
 from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
 from app.planning.goal_service import GoalService
+from app.planning.hold_service import HoldService
 from app.recordings import RecordingStore
 from app.settings import Settings
 from app.store.event_log import EventLog
@@ -77,6 +79,7 @@ class Services:
     clocks: Mapping[str, Clock]
     board: RobotBoard
     goals: GoalService
+    holds: HoldService
     alternatives: Alternatives
     plans: PlanApproval
     explanations: Explanations
@@ -114,6 +117,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
     api.include_router(world_set_router(service.world_set, service.worlds))
+    api.include_router(holds_router(service.holds))
     api.include_router(world_changes_router(service.world_changes, service.worlds.knowledge_base))
     api.include_router(
         robots_router(

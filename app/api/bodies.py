@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, Generic, Literal, Self, TypeVar
+from typing import Annotated, Any, Generic, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import from_json, to_json
@@ -10,7 +10,8 @@ from pydantic_core import from_json, to_json
 from app.agents.running_world import WorldState
 from app.api.parameters import Name
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
-from app.domain.goal_language.terms import GoalTerms, Reading
+from app.domain.goal_language.stated_holds import HoldEnd, StatedHold
+from app.domain.goal_language.terms import GoalHold, GoalTerms, Reading
 from app.domain.goal_language.times import Due
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import Policy
@@ -34,13 +35,20 @@ class StatedFact(SymbolicFact):
     args: tuple[Name, ...] = Field(default=(), max_length=8)
 
 
+Holds = Annotated[
+    list[StatedHold],
+    Field(max_length=100, description="places to keep empty from now on; what lies there is moved elsewhere"),
+]
+
+
 class SubmitGoal(Request):
-    """A goal, either as a sentence or structured."""
+    """A goal, either as a sentence or structured, or holds alone."""
 
     world: Name | None = Field(default=None, description="optional if only one world runs")
     text: str | None = Field(default=None, min_length=1, max_length=1000, examples=["move sample_1 to bay_7"])
     goal: list[StatedFact] | None = Field(default=None, min_length=1, max_length=100)
     constraints: Constraints = UNCONSTRAINED
+    holds: Holds = []
     priority: int = Field(default=0, ge=-100, le=100)
     deadline_s: float | None = Field(default=None, gt=0, description="seconds from now, world's clock")
     auto_approve: bool = False
@@ -57,8 +65,7 @@ class SubmitGoal(Request):
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
-        if (self.text is None) == (self.goal is None):
-            raise ValueError('give either "text" (a sentence) or "goal" (a list of facts)')
+        _refuse_both(self)
         return self
 
 
@@ -69,12 +76,18 @@ class CheckGoal(Request):
     text: str | None = Field(default=None, max_length=1000, examples=["move sample_1 to"])
     goal: list[StatedFact] | None = Field(default=None, min_length=1, max_length=100)
     constraints: Constraints = UNCONSTRAINED
+    holds: Holds = []
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
-        if (self.text is None) == (self.goal is None):
-            raise ValueError('give either "text" (a sentence) or "goal" (a list of facts)')
+        _refuse_both(self)
         return self
+
+
+def _refuse_both(stated: SubmitGoal | CheckGoal) -> None:
+    """:raises ValueError: if a request states its goal twice, or neither a goal nor a hold."""
+    if (stated.text is None) == (stated.goal is None) and (stated.text is not None or not stated.holds):
+        raise ValueError('give either "text" (a sentence) or "goal" (a list of facts), or "holds" alone')
 
 
 class SetRecovery(Request):
@@ -156,6 +169,10 @@ class GoalBody(BaseModel):
     readings: list[Reading] = Field(
         default_factory=list, description="what quantities and times of the sentence were resolved to"
     )
+    holds: list[GoalHold] = Field(
+        default_factory=list,
+        description="the holds that it has begun; they stand until they end by themselves",
+    )
     auto_approve: bool
     recovery: Policy
     planning: PlanningProgress | None = Field(default=None, description="only while it is being planned")
@@ -174,7 +191,7 @@ class GoalBody(BaseModel):
 
 
 GOAL_FIELDS = tuple(GoalBody.model_fields)
-OF_TERMS = ("constraints", "due", "readings")
+OF_TERMS = ("constraints", "due", "readings", "holds")
 """What a goal's recorded terms hold of its body."""
 _COLUMNS = tuple(name for name in GOAL_FIELDS if name not in OF_TERMS)
 
@@ -210,6 +227,16 @@ class CheckedIssue(BaseModel):
     )
 
 
+class CheckedHold(BaseModel):
+    """A hold that the goal would begin."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    places: list[str]
+    until: HoldEnd
+    words: str = Field(description="what it would do")
+
+
 class CheckedGoal(BaseModel):
     """How a sentence is understood in the present world."""
 
@@ -221,6 +248,9 @@ class CheckedGoal(BaseModel):
     due: Due | None = Field(default=None, description="the deadline that the sentence states")
     readings: list[Reading] = Field(
         default_factory=list, description="what quantities and times of the sentence were resolved to"
+    )
+    holds: list[CheckedHold] = Field(
+        default_factory=list, description="what it would keep empty, and until when"
     )
     issue: CheckedIssue | None = Field(description="null if the goal would be accepted")
     completions: list[str] = Field(description="complete sentences, the likeliest first")

@@ -59,7 +59,12 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
         """Submit a goal, as a sentence or structured. The answer comes before the plan; follow `state`."""
         wish = PlanningWish(time_limit_s=body.time_limit_s, effort_s=body.effort_s, objective=body.objective)
         given = body.model_dump(exclude={"time_limit_s", "effort_s", "objective"})
-        stated = {"goal": _facts(body.goal), "constraints": body.constraints, "planning": wish}
+        stated = {
+            "goal": _facts(body.goal),
+            "constraints": body.constraints,
+            "holds": body.holds,
+            "planning": wish,
+        }
         request = GoalRequest(**{**given, **stated})
         return GoalBody.of(goals.submit(request, actor=ACTOR, key=idempotency_key))
 
@@ -67,7 +72,11 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
     def check_goal(body: CheckGoal) -> CheckedGoal:
         """How a goal is understood, what it lacks, and how it can be completed. Nothing is recorded."""
         request = GoalRequest(
-            world=body.world, text=body.text, goal=_facts(body.goal), constraints=body.constraints
+            world=body.world,
+            text=body.text,
+            goal=_facts(body.goal),
+            constraints=body.constraints,
+            holds=body.holds,
         )
         return CheckedGoal.model_validate(goals.check(request), from_attributes=True)
 

@@ -1,4 +1,4 @@
-"""What a goal or a mission's repair waits for: running missions, and robots that are not recruited now."""
+"""What a goal or a mission's repair waits for: running missions, holds, and robots that are not recruited now."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -7,21 +7,22 @@ from typing import Any, Self
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blockers:
-    """The missions and robots that may prevent a plan; false if there are none.
+    """The missions, holds and robots that may prevent a plan; false if there are none.
 
-    :param missions: each in words.
+    :param missions: each in words; likewise `holds`.
     :param robots: by name, why each is not recruited, in words.
     """
 
     missions: tuple[str, ...] = ()
+    holds: tuple[str, ...] = ()
     robots: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        return bool(self.missions or self.robots)
+        return bool(self.missions or self.holds or self.robots)
 
     def __str__(self) -> str:
         robots = [f"{robot}, {why}" for robot, why in sorted(self.robots.items())]
-        return " and ".join((*self.missions, *robots))
+        return " and ".join((*self.missions, *self.holds, *robots))
 
     @property
     def reason(self) -> str:
@@ -37,8 +38,13 @@ class Blockers:
         )
 
     def to_json(self) -> dict[str, Any]:
-        return {"missions": list(self.missions), "robots": dict(self.robots)}
+        return {"missions": list(self.missions), "holds": list(self.holds), "robots": dict(self.robots)}
 
     @classmethod
     def from_json(cls, known: Mapping[str, Any]) -> Self:
-        return cls(missions=tuple(known["missions"]), robots=dict(known["robots"]))
+        """:param known: earlier versions recorded no holds."""
+        return cls(
+            missions=tuple(known["missions"]),
+            holds=tuple(known.get("holds", ())),
+            robots=dict(known["robots"]),
+        )

@@ -11,6 +11,7 @@ from enum import StrEnum
 from typing import ClassVar
 
 from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.hold import HoldEnding
 from app.domain.lifecycles.mission import ENDED, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS
@@ -21,7 +22,7 @@ from robots.wire import FailureCategory, PacketState, ScriptState, SymbolicFact
 class Event(Frozen):
     """Something that happened to a subject.
 
-    :param subject: the id of the goal, plan, mission or script, or the name of the robot or world.
+    :param subject: the id of the goal, plan, mission, script or hold, or the name of the robot or world.
     """
 
     TYPE: ClassVar[str] = ""
@@ -90,8 +91,8 @@ class GoalPlanned(GoalEvent, type="goal.planned"):
 
 
 class GoalWaiting(GoalEvent, type="goal.waiting"):
-    """There is no plan yet: the goal waits for running missions or unavailable robots and is then planned again. Also
-    sent when the reason changes.
+    """There is no plan yet: the goal waits for running missions, holds or unavailable robots and is then planned again.
+    Also sent when the reason changes.
     """
 
     reason: str
@@ -130,7 +131,7 @@ class GoalWithdrawn(GoalEvent, type="goal.withdrawn"):
 
 
 class GoalFinished(GoalEvent, type="goal.finished"):
-    """The goal's mission has ended; `outcome` is the state it ended in."""
+    """The goal's mission has ended; `outcome` is the state it ended in. Without a mission: nothing was to be done."""
 
     outcome: MissionState
     reason: str
@@ -545,6 +546,26 @@ class LateReport(Event, type="world.late_report"):
     robot: str
     at_s: float
     passed_over: tuple[str, ...]
+
+
+class HoldBegan(Event, type="hold.began"):
+    """Places of the world are kept empty from now on, `until` in words; `goal` is the one that states it."""
+
+    world: str
+    places: tuple[str, ...]
+    until: str
+    goal: str
+    actor: str
+
+
+class HoldEnded(Event, type="hold.ended"):
+    """The hold's places may be used again; `why`: time, mission, goal, fact, operator (then `actor`) or new_run."""
+
+    world: str
+    places: tuple[str, ...]
+    why: HoldEnding
+    actor: str | None = None
+    comment: str = ""
 
 
 class RobotDeclaredLost(Event, type="robot.declared_lost"):

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld
 from app.agents.tuning import renew_tunings
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK
 from app.domain.events import GoalWaiting, GoalWithdrawn
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.mission import OPEN, MissionState
@@ -18,6 +19,7 @@ from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
+from app.planning.hold_service import end_spans
 from app.planning.proposals import close_plans
 from app.store import FactRow, GoalRow, LostRobotRow, MissionRow, NumberRow, ScriptRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
@@ -73,6 +75,7 @@ def start_world_run(
     core.facts.numbers.complete(session, world, facts, source=source, at_s=0.0)
     session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name))
+    end_spans(session, core.events, world.name, SYSTEM_CLOCK.epoch_s())
     _forget_abandoned(session, world.name)
     reason = "the simulated world was started again" + (f": {new_run_reason}" if new_run_reason else "")
     _end_missions(session, core.events, world.name, reason)

@@ -25,7 +25,7 @@ from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
-from app.domain.world_model import broken_support, taken_by
+from app.domain.world_model import broken_support, filled_by, taken_by
 from app.domain.world_model.numbers import Term
 from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
@@ -34,6 +34,7 @@ from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, NumberRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.records import lost_robots, page, robots_out_of_service
+from app.store.standing_holds import standing_holds
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
 from planner import Fact, PlanNet, number_words
@@ -296,6 +297,7 @@ class Staleness:
             *(self._change(fact, believed, numbers) for fact in false),
             *self._withdrawn(session, net, plan.world),
             *self._taken(session, net, goal),
+            *self._held(session, net, plan.world),
         ]
 
     def _change(self, fact: Fact, believed: Sequence[DatedFact], numbers: Mapping[Term, NumberRow]) -> str:
@@ -319,6 +321,12 @@ class Staleness:
         for row in robots_out_of_service(session, world):
             if row.robot in net.robots:
                 yield f"{row.robot} was taken out of service: {row.reason}"
+
+    def _held(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
+        filled = filled_by(net.actions)
+        for hold in standing_holds(session, world):
+            if filled & hold.places:
+                yield f"hold {hold.id} keeps {hold.words}"
 
     def _taken(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:
         needed = taken_by(net)

@@ -13,28 +13,32 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Busy, Conflict, Invalid, unrecorded
-from app.domain.events import GoalStopRequested, GoalWithdrawn
+from app.domain.events import GoalFinished, GoalStopRequested, GoalSubmitted, GoalWithdrawn
 from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import completions, replacements, span_of
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, check_constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.hold_checks import check_holds, emptying_goals, held_issues
 from app.domain.goal_language.issues import unknown_name
+from app.domain.goal_language.stated_holds import HoldPreview, StandingHold, StatedHold, held_places, kept_by
 from app.domain.goal_language.syntax import grammar
-from app.domain.goal_language.terms import GoalTerms, Reading
-from app.domain.goal_language.times import Due, Missions
+from app.domain.goal_language.terms import GoalHold, GoalTerms, Reading
+from app.domain.goal_language.times import Due
 from app.domain.goal_language.verbs import Verbs, shipped_verbs
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
-from app.domain.lifecycles.mission import OPEN
+from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
 from app.domain.world_model import Facts
+from app.planning.hold_service import HoldService, open_goals
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow
 from app.store.records import lock_goal, page, refuse_removed
+from app.store.standing_holds import standing_holds
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -47,8 +51,8 @@ CANCELLED = "cancelled"
 class GoalRequest:
     """A goal as an operator submits it.
 
-    :param text: a sentence; None if `goal` is given.
-    :param constraints: beside those of the sentence.
+    :param text: a sentence; None if `goal` is given, or `holds` alone.
+    :param constraints: beside those of the sentence; likewise `holds`.
     :param deadline_s: from now, by the world's clock; None also if the sentence states a deadline.
     :param recovery: a `Policy`; None: by `auto_approve`.
     """
@@ -57,6 +61,7 @@ class GoalRequest:
     text: str | None = None
     goal: Sequence[SymbolicFact] | None = None
     constraints: Constraints = UNCONSTRAINED
+    holds: Sequence[StatedHold] = ()
     priority: int = 0
     deadline_s: float | None = None
     auto_approve: bool = False
@@ -76,8 +81,43 @@ class Checked:
     deadline_s: float | None = None
     due: Due | None = None
     readings: Sequence[Reading] = ()
+    holds: Sequence[HoldPreview] = ()
     issue: Clarification | GoalIssue | None = None
     completions: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Stated(Understood):
+    """What a request asks for in the present world.
+
+    :param emptying: those of the goals that empty places which are to be kept empty, the last ones.
+    :param standing: the holds that stood before.
+    """
+
+    emptying: tuple[SymbolicFact, ...] = ()
+    standing: Sequence[StandingHold] = ()
+
+    @classmethod
+    def of(
+        cls,
+        said: Understood,
+        emptying: tuple[SymbolicFact, ...],
+        readings: tuple[Reading, ...],
+        standing: Sequence[StandingHold],
+    ) -> "_Stated":
+        stages = said.constraints.stages
+        constraints = said.constraints
+        if stages and emptying:
+            constraints = constraints.model_copy(update={"stages": (*stages, *(0 for _ in emptying))})
+        return cls(
+            goals=(*said.goals, *emptying),
+            constraints=constraints,
+            due=said.due,
+            readings=(*said.readings, *readings),
+            holds=said.holds,
+            emptying=emptying,
+            standing=standing,
+        )
 
 
 class GoalService:
@@ -92,6 +132,7 @@ class GoalService:
         limits: PlanningLimits,
         open_goals: int,
         requests: PlanningRequests,
+        holds: HoldService,
         verbs: Verbs | None = None,
         paces: Mapping[str, Callable[[], float | None]] | None = None,
         wall_clock: WallClock = SYSTEM_CLOCK,
@@ -111,6 +152,7 @@ class GoalService:
         self._clocks = clocks
         self._limits = limits
         self._requests = requests
+        self._holds = holds
         self._open_goals = open_goals
         self._verbs = verbs or shipped_verbs()
         grammar()  # read now, so that the first sentence does not wait for it
@@ -135,22 +177,21 @@ class GoalService:
             refuse_removed(session, world.name)
             self._refuse_too_many(session)
             facts = self._facts.facts(session, world.name)
-            missions = partial(self._open_missions, session, world.name)
-            stated = self._stated(request, world, facts, missions)
+            stated = self._stated(session, request, world, facts)
+            if stated.holds:  # until the commit no mission begins that puts something there
+                self._facts.lock(session, world.name)
             goals = stated.goals
-            issues = check_request(goals, stated.constraints, world, facts, self._knowledge_base)
-            unknown = self._unknown_missions(session, stated.constraints, world.name)
-            _refuse((*unknown, *blocking(issues)), request.text or "")
+            _refuse(self._issues(session, stated, world, facts), request.text or "")
             deadline_s = self._deadline_s(world.name, request.deadline_s, stated.due)
             row = GoalRow(
                 id=goal_id,
                 world=world.name,
-                text=request.text or " and ".join(str(goal) for goal in goals),
+                text=request.text or _words(goals, stated.holds),
                 goal=[goal.model_dump(mode="json") for goal in goals],
                 priority=request.priority,
                 deadline_s=deadline_s,
                 deadline_at_s=_after(self._clocks[world.name], deadline_s),
-                terms=_terms(request, stated),
+                terms={},
                 auto_approve=request.auto_approve,
                 recovery=_policy(request),
                 limits=request.planning.to_json(),
@@ -161,8 +202,41 @@ class GoalService:
             )
             session.add(row)
             session.flush()
-            self._requests.plan_goal(session, row, actor=actor)
+            holds = self._holds.begin(session, row, stated.holds, world, actor=actor)
+            row.terms = _terms(request, stated, holds)
+            if goals:
+                self._requests.plan_goal(session, row, actor=actor)
+            else:
+                self._finish(session, row, stated.holds, actor=actor)
             return row
+
+    def _finish(self, session: Session, goal: GoalRow, holds: Sequence[StatedHold], *, actor: str) -> None:
+        """End a goal that only keeps places empty which are empty: there is nothing to plan."""
+        kept = " and ".join(hold.words for hold in holds)
+        reason = f"nothing to carry out; holds {kept}"
+        self._events.append(session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor))
+        goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason)
+        finished = GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=reason)
+        self._events.append(session, finished)
+
+    def _issues(
+        self, session: Session, stated: "_Stated", world: WorldFile, facts: Facts
+    ) -> tuple[GoalIssue, ...]:
+        """What stands against the goal in the present world, without notes."""
+        constraints = stated.constraints.and_also(kept_by(stated.holds))
+        base = self._knowledge_base
+        of_goals = (
+            check_request(stated.goals, constraints, world, facts, base)
+            if stated.goals or not stated.holds
+            else check_constraints(constraints, (), world, facts)
+        )
+        held = () if constraints.after else held_issues(stated.goals, stated.standing, world, facts)
+        return (
+            *self._unknown_missions(session, stated.constraints, world.name),
+            *check_holds(stated.holds, world, facts, base, self._now()),
+            *blocking((*held, *of_goals)),
+            *self._holds.issues(session, world, stated.holds),
+        )
 
     def check(self, request: GoalRequest) -> Checked:
         """How `submit` would understand a goal in the present world. Nothing is recorded."""
@@ -170,16 +244,10 @@ class GoalService:
         text = request.text or ""
         with self._database.read() as session:
             facts = self._facts.facts(session, world.name)
-            missions = partial(self._open_missions, session, world.name)
-            stated = self._understood(request, world, facts, missions)
+            stated = self._understood(session, request, world, facts)
             if isinstance(stated, Clarification):
                 return Checked(issue=stated, completions=completions(text, stated, world, facts, self._verbs))
-            unknown = self._unknown_missions(session, stated.constraints, world.name)
-        found = (
-            *unknown,
-            *check_request(stated.goals, stated.constraints, world, facts, self._knowledge_base),
-        )
-        issue = next(iter(blocking(found)), None)
+            issue = next(iter(self._issues(session, stated, world, facts)), None)
         if issue is not None:
             issue = replace(issue, span=span_of(text, issue.thing))
         return Checked(
@@ -188,6 +256,7 @@ class GoalService:
             deadline_s=self._deadline_s(world.name, None, stated.due),
             due=stated.due,
             readings=stated.readings,
+            holds=[HoldPreview.of(hold, self._now()) for hold in stated.holds],
             issue=issue,
             completions=replacements(text, issue) if issue else (),
         )
@@ -216,12 +285,12 @@ class GoalService:
             if name not in known
         )
 
-    def _stated(self, request: GoalRequest, world: WorldFile, facts: Facts, missions: Missions) -> Understood:
+    def _stated(self, session: Session, request: GoalRequest, world: WorldFile, facts: Facts) -> "_Stated":
         """What the request asks for.
 
         :raises Invalid: if its sentence is not understood, or states a second deadline.
         """
-        stated = self._understood(request, world, facts, missions)
+        stated = self._understood(session, request, world, facts)
         if isinstance(stated, Clarification):
             raise stated.refusal()
         if stated.due is not None and request.deadline_s is not None:
@@ -230,20 +299,50 @@ class GoalService:
             )
         return stated
 
+    def _now(self) -> datetime:
+        return datetime.fromtimestamp(self._wall_clock.epoch_s()).astimezone()
+
     def _understood(
-        self, request: GoalRequest, world: WorldFile, facts: Facts, missions: Missions
+        self, session: Session, request: GoalRequest, world: WorldFile, facts: Facts
+    ) -> "_Stated | Clarification":
+        """What the request asks for, chosen within the holds that stand, with the goals that empty its own holds."""
+        standing = standing_holds(session, world.name)
+        held = Constraints(keep_empty=tuple(sorted(held_places(standing))))
+        said = self._said(session, request, world, facts, beside=held)
+        if isinstance(said, Clarification):
+            return said
+        emptying = emptying_goals(
+            said.holds, said.goals, world, facts, within=said.constraints.and_also(held)
+        )
+        if isinstance(emptying, Clarification):
+            return emptying
+        return _Stated.of(said, *emptying, standing)
+
+    def _said(
+        self,
+        session: Session,
+        request: GoalRequest,
+        world: WorldFile,
+        facts: Facts,
+        *,
+        beside: Constraints,
     ) -> Understood | Clarification:
-        if request.goal is not None:
-            return Understood(goals=tuple(request.goal), constraints=request.constraints)
-        now = datetime.fromtimestamp(self._wall_clock.epoch_s()).astimezone()
+        """What the request says.
+
+        :param beside: what else limits its choices.
+        """
+        holds = tuple(request.holds)
+        if request.text is None:
+            return Understood(goals=tuple(request.goal or ()), constraints=request.constraints, holds=holds)
         stated = understand(
-            request.text or "",
+            request.text,
             world,
             facts,
             verbs=self._verbs,
-            now=now,
-            missions=missions,
-            beside=request.constraints,
+            now=self._now(),
+            missions=partial(self._open_missions, session, world.name),
+            goals=partial(open_goals, session, world.name),
+            beside=request.constraints.and_also(beside).and_also(kept_by(holds)),
         )
         if isinstance(stated, Clarification):
             return stated
@@ -255,7 +354,11 @@ class GoalService:
                 thing="then",
                 span=span_of(request.text or "", "then"),
             )
-        return replace(stated, constraints=stated.constraints.and_also(request.constraints))
+        return replace(
+            stated,
+            constraints=stated.constraints.and_also(request.constraints),
+            holds=(*stated.holds, *holds),
+        )
 
     def _deadline_s(self, world: str, requested_s: float | None, due: Due | None) -> float | None:
         """Seconds from now by the world's clock. A time of day is by the wall clock, at the world's present pace."""
@@ -337,12 +440,20 @@ def _refuse_begun(goal: GoalRow) -> None:
         raise Conflict(f"goal {goal.id} is {goal.state}, it cannot be cancelled", code="goal-ended")
 
 
-def _terms(request: GoalRequest, stated: Understood) -> dict[str, Any]:
+def _words(goals: Sequence[SymbolicFact], holds: Sequence[StatedHold]) -> str:
+    """A request without a sentence in words."""
+    return " and ".join((*map(str, goals), *(f"keep {hold.words}" for hold in holds)))
+
+
+def _terms(request: GoalRequest, stated: _Stated, holds: Sequence[GoalHold]) -> dict[str, Any]:
     terms = GoalTerms(
         constraints=stated.constraints,
         requested=request.constraints,
         due=stated.due,
         readings=tuple(stated.readings),
+        holds=tuple(holds),
+        requested_holds=tuple(request.holds),
+        emptying=stated.emptying,
     )
     return terms.model_dump(mode="json")
 
@@ -353,12 +464,14 @@ def _after(clock: Clock, span_s: float | None) -> float | None:
 
 def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
     """The goal that an idempotency key was used for, if the request is the same."""
-    goal = None if request.goal is None else [fact.model_dump(mode="json") for fact in request.goal]
-    same_wish = row.text == request.text if request.text is not None else row.goal == goal
     terms = GoalTerms.from_json(row.terms)
+    goal = [fact.model_dump(mode="json") for fact in request.goal or ()]
+    stated = row.goal[: len(row.goal) - len(terms.emptying)]
+    same_wish = row.text == request.text if request.text is not None else stated == goal
     deadline_s = None if terms.due is not None else row.deadline_s
     same_terms = (
         terms.requested,
+        terms.requested_holds,
         row.priority,
         deadline_s,
         row.auto_approve,
@@ -366,6 +479,7 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
         row.limits,
     ) == (
         request.constraints,
+        tuple(request.holds),
         request.priority,
         request.deadline_s,
         request.auto_approve,

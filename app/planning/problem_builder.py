@@ -1,4 +1,4 @@
-"""Builds a goal's current planning problem from beliefs, reservations, learned durations, priority and deadline."""
+"""Builds a goal's current planning problem: beliefs, reservations, holds, learned durations, priority and deadline."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +13,7 @@ from app.domain.errors import Conflict
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_request
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
+from app.domain.goal_language.stated_holds import held_places
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
@@ -34,6 +35,7 @@ from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
 from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
+from app.store.standing_holds import standing_holds
 from planner import Fact, Numbers, PlanNet, PlanningProblem, scale_term
 from robots.clock import Clock
 from robots.wire import SymbolicFact
@@ -52,7 +54,7 @@ class GoalProblem:
     :param withheld: what it leaves out.
     :param refusal: why the goal is impossible in the present world; empty if it is possible.
     :param factors: factors on durations, by action and team size.
-    :param constraints: on its plans.
+    :param constraints: on its plans, with the places that holds keep empty.
     :param releases: the world's count of releases when the problem was built.
     """
 
@@ -134,10 +136,12 @@ class ProblemBuilder:
             if one.mission_id != goal.mission_id
         ]
         reserved = all_reserved(held)
+        holds = standing_holds(session, goal.world)
         constraints = GoalTerms.from_json(goal.terms).constraints
         applied = constraints.in_world(world)
+        within = applied.keeping_empty(held_places(holds))
         stated = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-        kept_off = union_of([reserved, Reservation(locations=applied.avoided | applied.kept_empty)])
+        kept_off = union_of([reserved, Reservation(locations=within.avoided | within.kept_empty)])
         wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
         is_known = all(name in objects for fact in wanted for name in fact.args)
@@ -154,7 +158,7 @@ class ProblemBuilder:
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
-        permitted = applied.applied_to(facts)
+        permitted = within.applied_to(facts)
         able = frozenset(fact for fact in permitted if not is_ability(fact, of=unavailable))
         problem = planning_problem(
             world, able, goals, spots=spots, reserved=reserved, knowledge_base=self._knowledge_base
@@ -167,12 +171,13 @@ class ProblemBuilder:
                 whole=replace(problem, facts=_with_releases(applied, reserved).applied_to(facts)),
                 missions={str(one): one.reservation for one in held if is_known},
                 robots=unavailable if is_known else {},
+                holds={str(hold): hold.places for hold in holds} if is_known else {},
             ),
             refusal="; ".join(issue.detail for issue in issues),
             factors=factors,
             world_version=self._facts.version(session, goal.world),
             releases=session.get_one(WorldRow, goal.world).releases,
-            constraints=applied,
+            constraints=within,
         )
 
     def current(self, session: Session, plan: PlanRow) -> CurrentProblem:

@@ -1,13 +1,14 @@
 """Reservations of running missions: the robots, places and samples that new plans must not use."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.domain.lifecycles.mission import OPEN
-from app.domain.world_model import Reservation, named_in, needed_by, union_of
+from app.domain.world_model import Reservation, filled_by, named_in, needed_by, union_of
 from app.store import MissionRow, ScriptRow
 from app.store.plan_nets import PlanNets
 from robots.wire import PacketState, ScriptState
@@ -18,13 +19,53 @@ CACHE_SIZE = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionReservation:
-    """A running mission and what it still needs."""
+    """A running mission and what it still needs.
+
+    :param filled: where it still puts a sample.
+    """
 
     mission_id: str
     reservation: Reservation
+    filled: frozenset[str] = frozenset()
 
     def __str__(self) -> str:
         return f"mission {self.mission_id}, which uses {', '.join(sorted(self.reservation.names))}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Progress:
+    """How far a plan is carried out.
+
+    :param idle: the robots whose scripts have finished.
+    :param done: action and robot, where the robot has done its part of the action.
+    """
+
+    idle: Collection[str]
+    done: Collection[tuple[str, str]]
+
+    @classmethod
+    def of(cls, scripts: Iterable[ScriptRow]) -> Self:
+        idle = set[str]()
+        done = set[tuple[str, str]]()
+        for script in scripts:
+            if script.state == ScriptState.FINISHED:
+                idle.add(script.robot)
+            for packet, known in script.packets.items():
+                if known["state"] == PacketState.FINISHED:
+                    done.add((packet, script.robot))
+        return cls(idle=idle, done=done)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _ActionNeeds:
+    """What an action of a plan needs.
+
+    :param filled: where it puts a sample.
+    """
+
+    robots: tuple[str, ...]
+    needs: Reservation
+    filled: frozenset[str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,20 +73,20 @@ class _Needs:
     """What a plan needs: names in its goals until the mission's end, those of an action until its robots are done."""
 
     goals: Reservation
-    actions: Mapping[str, tuple[tuple[str, ...], Reservation]]
+    actions: Mapping[str, _ActionNeeds]
 
-    def left(self, idle: Collection[str], done: Collection[tuple[str, str]]) -> Reservation:
-        """What is still needed.
+    def left(self, progress: _Progress) -> Reservation:
+        """What is still needed."""
+        return union_of([self.goals, *(action.needs for action in self._open(progress))])
 
-        :param idle: the robots whose scripts have finished.
-        :param done: action and robot, where the robot has done its part of the action.
-        """
-        open_ = (
-            needs
-            for action, (robots, needs) in self.actions.items()
-            if any(robot not in idle and (action, robot) not in done for robot in robots)
-        )
-        return union_of([self.goals, *open_])
+    def filled(self, progress: _Progress) -> frozenset[str]:
+        """Where a sample is still put."""
+        return frozenset[str]().union(*(action.filled for action in self._open(progress)))
+
+    def _open(self, progress: _Progress) -> Iterator[_ActionNeeds]:
+        for name, action in self.actions.items():
+            if any(r not in progress.idle and (name, r) not in progress.done for r in action.robots):
+                yield action
 
 
 class Reservations:
@@ -66,31 +107,24 @@ class Reservations:
             .order_by(MissionRow.created_at, MissionRow.id)
         )
         missions = session.scalars(query).all()
-        return [
-            MissionReservation(mission_id=m.id, reservation=self.of_mission(session, m)) for m in missions
-        ]
+        return [self._of_mission(session, mission) for mission in missions]
 
-    def of_mission(self, session: Session, mission: MissionRow) -> Reservation:
-        """What a running mission still needs."""
+    def _of_mission(self, session: Session, mission: MissionRow) -> MissionReservation:
         query = select(ScriptRow).where(
             ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id
         )
-        return self.of_scripts(session, mission.plan_id, session.scalars(query).all())
+        needs = self._of_plan(session, mission.plan_id)
+        progress = _Progress.of(session.scalars(query))
+        return MissionReservation(
+            mission_id=mission.id, reservation=needs.left(progress), filled=needs.filled(progress)
+        )
 
     def of_scripts(self, session: Session, plan_id: str, scripts: Iterable[ScriptRow]) -> Reservation:
         """What a running mission still needs.
 
         :param scripts: all of the plan that it carries out now.
         """
-        idle = set[str]()
-        done = set[tuple[str, str]]()
-        for script in scripts:
-            if script.state == ScriptState.FINISHED:
-                idle.add(script.robot)
-            for packet, known in script.packets.items():
-                if known["state"] == PacketState.FINISHED:
-                    done.add((packet, script.robot))
-        return self._of_plan(session, plan_id).left(idle, done)
+        return self._of_plan(session, plan_id).left(_Progress.of(scripts))
 
     def _of_plan(self, session: Session, plan_id: str) -> _Needs:
         if plan_id not in self._needs:
@@ -99,7 +133,12 @@ class Reservations:
             net = self._plan_nets.of(session, plan_id)
             self._needs[plan_id] = _Needs(
                 goals=named_in(net.goals),
-                actions={action.id: (action.agents, needed_by(action)) for action in net.actions},
+                actions={
+                    action.id: _ActionNeeds(
+                        robots=action.agents, needs=needed_by(action), filled=filled_by([action])
+                    )
+                    for action in net.actions
+                },
             )
         return self._needs[plan_id]
 

@@ -165,6 +165,35 @@ class OutOfServiceRow(Base):
     taken_at: Mapped[str] = mapped_column(default=utc_now)
 
 
+class HoldRow(Base):
+    """Places of a world that are kept empty; see `app.domain.lifecycles.hold`.
+
+    `places` as they were stated, `kept` the berths that they mean; `until` as it was stated; `ends_at` (seconds since
+    1970, wall clock) or `ends_at_s` (world's clock): when its time comes, if a time ends it. `goal_id`: the goal that
+    stated it, which may have been deleted since; `text`: its sentence. `ending`: why it ended, `ended_by`: the operator
+    who ended it.
+    """
+
+    __tablename__ = "holds"
+    __table_args__ = (Index("ix_holds_world_state", "world", "state"),)
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"))
+    places: Mapped[list[Any]]
+    kept: Mapped[list[Any]]
+    until: Mapped[dict[str, Any]]
+    ends_at: Mapped[float | None]
+    ends_at_s: Mapped[float | None]
+    state: Mapped[str]
+    goal_id: Mapped[str] = mapped_column(ID)
+    text: Mapped[str]
+    created_by: Mapped[str]
+    created_at: Mapped[str] = mapped_column(default=utc_now)
+    ending: Mapped[str | None]
+    ended_by: Mapped[str | None]
+    ended_at: Mapped[str | None]
+    comment: Mapped[str] = mapped_column(default="")
+
+
 class EditionRow(Base):
     """An edition of a world: what changes have made of its file, by edits or by another file.
 

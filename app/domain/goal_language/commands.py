@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from app.domain.goal_language.clarification import Clarification
-from app.domain.goal_language.sentence import LISTS, Clause, Part, Tail
+from app.domain.goal_language.sentence import ENDS, LISTS, Clause, Part, Tail
 from app.domain.goal_language.verbs import Role, Verbs
 from app.domain.goal_language.words import joined, suggestions
 
@@ -14,6 +14,9 @@ def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clari
     for clause in clauses:
         last = commands[-1] if commands else None
         if clause.verb or clause.is_keep:
+            commands.append(clause)
+        elif clause.is_keep_on and last is not None and last.is_keep and last.says_end:
+            clause.is_keep = True  # "keep bay_3 empty until 14:30 and bay_4 empty until 15:00"
             commands.append(clause)
         elif clause.is_keep_on or _lacks_empty(last, clause):
             if last is None or not last.is_keep:
@@ -28,6 +31,17 @@ def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clari
             commands.append(clause)
         else:
             return _unknown_verb(clause, verbs)
+    return _with_ends_before(commands)
+
+
+def _with_ends_before(commands: list[Clause]) -> list[Clause]:
+    """The commands, with an end that is said first joined to what it is the end of: "until 14:30, keep bay_3 empty"."""
+    first = commands[0] if commands else None
+    if first is None or first.verb or first.is_keep or not first.says_end or len(commands) < 2:
+        return commands
+    if commands[1].is_keep and not commands[1].says_end:
+        commands[1].tails.extend(tail for tail in first.tails if tail.part in ENDS)
+        first.tails = [tail for tail in first.tails if tail.part not in ENDS]
     return commands
 
 

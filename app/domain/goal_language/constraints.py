@@ -9,9 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.domain.goal_language.berth_choice import remaining_samples
 from app.domain.goal_language.issues import GoalIssue, unknown_name
 from app.domain.goal_language.words import joined, natural_key
-from app.domain.world_model.beliefs import IN, OBJECT_POSITION, VACANT, Facts, place_of, position_of
+from app.domain.world_model.beliefs import IN, VACANT, Facts, place_of, position_of
 from app.domain.world_model.berths import berths_of
-from app.domain.world_model.reservation import Reservation, is_withheld, taken_by
+from app.domain.world_model.reservation import Reservation, filled_by, is_withheld, taken_by
 from planner import Fact, PlanNet
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -121,6 +121,10 @@ class AppliedConstraints(BaseModel):
         """What no plan may use."""
         return Reservation(robots=self.excluded, locations=self.avoided)
 
+    def keeping_empty(self, places: frozenset[str]) -> "AppliedConstraints":
+        """The same, with these places kept empty, too."""
+        return self.model_copy(update={"kept_empty": self.kept_empty | places})
+
     def applied_to(self, facts: Facts) -> Facts:
         """The facts that a plan may rest on.
 
@@ -138,16 +142,10 @@ class AppliedConstraints(BaseModel):
     def broken_by(self, net: PlanNet) -> tuple[str, ...]:
         """How a plan-net breaks the constraints, in words; empty if it keeps them."""
         taken = taken_by(net)
-        filled = {
-            fact.args[2]
-            for action in net.actions
-            for fact in action.effects
-            if fact.predicate == OBJECT_POSITION
-        }
         wrong = (
             ("uses", self.excluded & taken.robots),
             ("goes to", self.avoided & taken.locations),
-            ("puts a sample in", self.kept_empty & filled),
+            ("puts a sample in", self.kept_empty & filled_by(net.actions)),
         )
         return tuple(
             f"it {what} {joined(sorted(names, key=natural_key), last='and')}"

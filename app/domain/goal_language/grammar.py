@@ -11,12 +11,14 @@ from itertools import product
 from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.commands import commands_of
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, UNCONSTRAINED, Constraints
+from app.domain.goal_language.hold_ends import hold_end
 from app.domain.goal_language.reachability import free_places
 from app.domain.goal_language.references import Origin, References
-from app.domain.goal_language.sentence import Clause, Part, Phrase, Quantity, Tail
+from app.domain.goal_language.sentence import ENDS, Clause, Part, Phrase, Quantity, Tail
+from app.domain.goal_language.stated_holds import HoldEnd, StatedHold, kept_by
 from app.domain.goal_language.syntax import parse
 from app.domain.goal_language.terms import Reading
-from app.domain.goal_language.times import Due, Missions, Times, no_missions
+from app.domain.goal_language.times import Due, Goals, Missions, Times, no_goals, no_missions
 from app.domain.goal_language.verbs import Call, Function, Kind, Role, Slot, Verb, Verbs, shipped_verbs
 from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import Facts
@@ -43,6 +45,7 @@ class Understood:
     constraints: Constraints = UNCONSTRAINED
     due: Due | None = None
     readings: tuple[Reading, ...] = ()
+    holds: tuple[StatedHold, ...] = ()
 
 
 Parsed = tuple[SymbolicFact, ...] | Clarification
@@ -65,21 +68,22 @@ def understand(
     verbs: Verbs | None = None,
     now: datetime | None = None,
     missions: Missions = no_missions,
+    goals: Goals = no_goals,
     beside: Constraints = UNCONSTRAINED,
 ) -> Understood | Clarification:
     """What a sentence asks for, or what to ask the operator.
 
     :param verbs: by default those that ship with Macta.
     :param now: the service's time in its time zone, for times of day; None: they are not understood.
-    :param missions: called if the sentence names a mission.
+    :param missions: called if the sentence names a mission; `goals`: if it names a goal.
     :param beside: constraints given beside the sentence; what the sentence leaves open is chosen within them.
     """
     known = shipped_verbs() if verbs is None else verbs
-    times = Times(now, missions)
+    times = Times(now, missions, goals)
     first = _read(text, known, References(world=world, facts=facts), times)
     if isinstance(first, Clarification):
         return first
-    applied = first.constraints.and_also(beside).in_world(world)
+    applied = first.constraints.and_also(beside).and_also(kept_by(first.holds)).in_world(world)
     if applied == NOTHING_WITHHELD:
         return first
     # Constraints may stand after the choices that they limit: read again, with all of them known.
@@ -108,6 +112,7 @@ class _Reader:
     constraints: Constraints = UNCONSTRAINED
     due: Due | None = None
     readings: list[Reading] = field(default_factory=list)
+    holds: list[StatedHold] = field(default_factory=list)
 
     def understood(self) -> Understood:
         return Understood(
@@ -115,6 +120,7 @@ class _Reader:
             constraints=self.constraints,
             due=self.due,
             readings=tuple(self.readings),
+            holds=tuple(self.holds),
         )
 
     def read(self, clauses: Sequence[Clause]) -> Clarification | None:
@@ -122,7 +128,7 @@ class _Reader:
         commands = commands_of(clauses, self.verbs)
         if isinstance(commands, Clarification):
             return commands
-        if not any(command.verb for command in commands):
+        if not any(command.verb or command.says_end for command in commands):
             return self._nothing_said(commands)
         stages: list[int] = []
         for command in commands:
@@ -156,6 +162,13 @@ class _Reader:
             asked = asked or self._constrain(command)
             if asked is not None:
                 return asked
+        if kept := next((command for command in commands if command.is_keep), None):
+            return Clarification(
+                code="goal-not-understood",
+                detail="until when is it to stay empty? Or say what to move meanwhile",
+                choices=("until", "for"),
+                span=(kept.span[1], kept.span[1]),
+            )
         return Clarification(
             code="goal-not-understood",
             detail='say what to move and where to, e.g. "move sample_1 to bay_7"',
@@ -402,14 +415,36 @@ class _Reader:
                 return named
             found.extend(named)
         if not clause.says_empty:
+            at = clause.objects[-1].span[1] if clause.objects else clause.object_at
             return Clarification(
                 code="goal-not-understood",
                 detail=f"keep {joined(found, last='and')} empty?",
                 choices=("empty",),
-                span=(clause.span[1], clause.span[1]),
+                span=(at, at),
             )
-        self.constraints = self.constraints.and_also(Constraints(keep_empty=_unique(found)))
+        end = self._end_of(clause)
+        if isinstance(end, Clarification):
+            return end
+        if end is None:
+            self.constraints = self.constraints.and_also(Constraints(keep_empty=_unique(found)))
+        else:
+            self.holds.append(StatedHold(places=_unique(found), until=end))
         return None
+
+    def _end_of(self, clause: Clause) -> HoldEnd | Clarification | None:
+        """Until when a clause wants places kept empty; None if it does not say it."""
+        ends = [tail for tail in clause.tails if tail.part in ENDS]
+        if not ends:
+            return None
+        if len(ends) > 1:
+            said = self.text[slice(*ends[1].span)]
+            detail = f"{said!r} is a second end; say one"
+            return Clarification(code="two-ends", detail=detail, thing=said, span=ends[1].span)
+        found = hold_end(ends[0], self.text, self.names, self.times)
+        if isinstance(found, Clarification):
+            return found
+        self.readings.append(Reading(said=self.text[slice(*ends[0].span)], means=(found[1],)))
+        return found[0]
 
     def _constrain(self, clause: Clause) -> Clarification | None:
         """Add the constraints of a clause."""
@@ -425,6 +460,13 @@ class _Reader:
                 if isinstance(mission, Clarification):
                     return mission
                 said.setdefault(tail.part, []).append(mission)
+            elif tail.part in ENDS and not clause.is_keep:
+                return Clarification(
+                    code="goal-not-understood",
+                    detail=f"{self.text[slice(*tail.span)]!r} says no place to keep empty",
+                    thing=self.text[slice(*tail.span)],
+                    span=tail.span,
+                )
             elif tail.part in (Part.DUE, Part.WITHIN):
                 asked = self._set_due(tail)
                 if asked is not None:

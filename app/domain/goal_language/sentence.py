@@ -40,11 +40,17 @@ class Part(StrEnum):
     """After "by", "before": a time of day."""
     WITHIN = "within"
     """After "in", "within": a span of time."""
+    UNTIL = "until"
+    """After "until": a time of day, a mission, a goal, or a fact."""
+    LASTING = "lasting"
+    """After "for": a span of time."""
 
 
 LISTS = frozenset({Part.WITH, Part.WITHOUT, Part.AVOIDING, Part.THROUGH, Part.AFTER})
 """The parts whose names may be joined: "with yard_1 and yard_2"."""
 PLACES = frozenset({Part.TARGET, Part.ORIGIN})
+ENDS = frozenset({Part.UNTIL, Part.LASTING})
+"""The parts that say until when a place is kept empty."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,11 +89,18 @@ class Tail:
 
     :param time: a time of day, "14:30".
     :param is_before: after "before", which may also name a mission.
-    :param seconds: a span of time.
+    :param seconds: a span of time; `has_number`, `has_unit`: what is said of it.
+    :param place: of a fact: "sample_1 is in door_2"; None if none is said.
+    :param says_is: "is" is said, of a fact or of a mission; `says_empty`: also "empty".
     """
 
     part: Part
     phrase: Phrase = Phrase()
+    place: Phrase | None = None
+    says_is: bool = False
+    says_empty: bool = False
+    has_number: bool = False
+    has_unit: bool = False
     time: str = ""
     is_before: bool = False
     seconds: float = 0.0
@@ -127,6 +140,11 @@ class Clause:
 
     def phrases(self, part: Part) -> list[Phrase]:
         return [tail.phrase for tail in self.tails if tail.part is part]
+
+    @property
+    def says_end(self) -> bool:
+        """True if it says until when a place is kept empty."""
+        return any(tail.part in ENDS for tail in self.tails)
 
     @property
     def names_place(self) -> bool:

@@ -174,7 +174,7 @@ def _clause(tree: Any, stage: int) -> Clause:
         span=(leaves[0].start_pos, leaves[-1].end_pos),
         is_keep=tree.data == "keep",
         is_keep_on=tree.data == "keep_on",
-        says_empty=any(leaf.type == "EMPTY" for leaf in leaves),
+        says_empty=any(_is_token(child) and child.type == "EMPTY" for child in tree.children),
         stage=stage,
     )
     for child in tree.children:
@@ -230,7 +230,11 @@ def _span_of(leaves: Sequence[Any]) -> tuple[int, int]:
 def _tail(tree: Any) -> Tail:
     leaves = _leaves(tree)
     said = {leaf.type: str(leaf) for leaf in leaves}
-    phrases = [child for child in tree.children if not _is_token(child)]
+    parts = [child for child in tree.children if not _is_token(child)]
+    phrases = [part for part in parts if part.data == "phrase"]
+    places = [
+        child for part in parts if part.data == "state" for child in part.children if not _is_token(child)
+    ]
     seconds = 0.0
     if "UNIT" in said:
         amount = number_of(said["NUMBER"]) if "NUMBER" in said else None
@@ -239,6 +243,11 @@ def _tail(tree: Any) -> Tail:
     return Tail(
         part=Part(tree.data),
         phrase=_phrase(phrases[0]) if phrases else Phrase(span=(end, end)),
+        place=_phrase(places[0]) if places else None,
+        says_is="IS" in said,
+        says_empty="EMPTY" in said,
+        has_number="NUMBER" in said,
+        has_unit="UNIT" in said,
         time=said.get("TIME", ""),
         is_before="BEFORE" in said,
         seconds=seconds,

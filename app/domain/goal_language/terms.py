@@ -6,7 +6,9 @@ from typing import Any, Self
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
+from app.domain.goal_language.stated_holds import StatedHold
 from app.domain.goal_language.times import Due
+from robots.wire import SymbolicFact
 
 
 class Reading(BaseModel):
@@ -18,11 +20,19 @@ class Reading(BaseModel):
     means: tuple[str, ...]
 
 
+class GoalHold(StatedHold):
+    """A hold as a goal states it, once it is recorded under its id."""
+
+    id: str
+
+
 class GoalTerms(BaseModel):
     """The terms of a goal.
 
     :param constraints: all of them, of the request and of the sentence.
     :param requested: those of the request alone.
+    :param holds: all of them; `requested_holds`: those of the request alone; `emptying`: the goals that empty
+        their places, the last ones of the goal.
     :param due: the deadline that the sentence states; None if it states none.
     """
 
@@ -32,6 +42,9 @@ class GoalTerms(BaseModel):
     requested: Constraints = UNCONSTRAINED
     due: Due | None = None
     readings: tuple[Reading, ...] = ()
+    holds: tuple[GoalHold, ...] = ()
+    requested_holds: tuple[StatedHold, ...] = ()
+    emptying: tuple[SymbolicFact, ...] = ()
 
     @classmethod
     def from_json(cls, terms: Mapping[str, Any] | None) -> Self:

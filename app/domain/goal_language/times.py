@@ -11,12 +11,21 @@ from app.domain.goal_language.sentence import Part, Phrase, Tail
 from app.domain.goal_language.words import joined
 
 MISSION = "mission"
+GOAL = "goal"
 Missions = Callable[[], Mapping[str, float]]
 """The open missions of the world, each with the seconds until its expected end by the world's clock."""
 
 
+Goals = Callable[[], Sequence[str]]
+"""The goals of the world that are not over."""
+
+
 def no_missions() -> Mapping[str, float]:
     return {}
+
+
+def no_goals() -> Sequence[str]:
+    return ()
 
 
 class Due(BaseModel):
@@ -39,11 +48,12 @@ class Times:
     """Resolves the times of a sentence.
 
     :param now: the service's time in its time zone; None: times of day are not understood.
-    :param missions: called if the sentence names a mission.
+    :param missions: called if the sentence names a mission; `goals`: if it names a goal.
     """
 
     now: datetime | None
     missions: Missions
+    goals: Goals = no_goals
 
     def due(self, tail: Tail, text: str) -> tuple[Due, str] | Clarification:
         """The deadline of a phrase, and what it was resolved to in words.
@@ -59,12 +69,12 @@ class Times:
                 code="time-not-understood",
                 detail="by when? Say a time of day, such as 14:30, or a span, such as in ten minutes",
                 thing=tail.phrase.said,
-                choices=_next_full_hours(self.now) if self.now else (),
+                choices=next_full_hours(self.now) if self.now else (),
                 span=tail.phrase.span if tail.phrase.words else (tail.span[1], tail.span[1]),
             )
         moment = next_time_of_day(tail.time, self.now)
         seconds = (moment - self.now).total_seconds()
-        shown = f"{moment:%Y-%m-%d %H:%M} {moment.tzname()}, in {_span(seconds)}"
+        shown = f"{moment:%Y-%m-%d %H:%M} {moment.tzname()}, in {in_words(seconds)}"
         return Due(in_s=seconds, at=moment.isoformat(timespec="minutes")), shown
 
     def _before_mission(self, tail: Tail, text: str) -> tuple[Due, str] | Clarification:
@@ -73,7 +83,7 @@ class Times:
         if isinstance(mission, Clarification):
             return mission
         due = Due(in_s=max(1.0, self.missions()[mission]), mission=mission)
-        return due, f"in {_span(due.in_s)} of the world's clock, when it is expected to end"
+        return due, f"in {in_words(due.in_s)} of the world's clock, when it is expected to end"
 
     def mission(self, phrase: Phrase, text: str) -> str | Clarification:
         """The id of the open mission that a phrase names.
@@ -81,7 +91,7 @@ class Times:
         :param text: the sentence.
         """
         missions = tuple(self.missions())
-        mission = _mission_in(phrase.words, missions)
+        mission = _named_in(phrase.words, missions, MISSION)
         if mission is not None:
             return mission
         said = text[slice(*phrase.span)]
@@ -92,6 +102,25 @@ class Times:
             detail=f"{no_such}; {are_open}",
             thing=phrase.said,
             choices=missions,
+            span=phrase.span,
+        )
+
+    def goal(self, phrase: Phrase, text: str) -> str | Clarification:
+        """The id of the goal that a phrase names, one that is not over.
+
+        :param text: the sentence.
+        """
+        goals = tuple(self.goals())
+        goal = _named_in(phrase.words, goals, GOAL)
+        if goal is not None:
+            return goal
+        said = text[slice(*phrase.span)]
+        return Clarification(
+            code="unknown-goal",
+            detail=f"no goal {said!r} is open; "
+            + (f"open goals: {joined(goals, last='and')}" if goals else "none is open"),
+            thing=phrase.said,
+            choices=goals,
             span=phrase.span,
         )
 
@@ -111,25 +140,26 @@ def next_time_of_day(said: str, now: datetime) -> datetime:
     return moment if moment > now else moment + timedelta(days=1)
 
 
-def _mission_in(words: Sequence[str], missions: Iterable[str]) -> str | None:
-    """The mission whose id the words spell, with or without "mission" before it."""
-    said = _letters("".join(words)).removeprefix(MISSION)
+def _named_in(words: Sequence[str], names: Iterable[str], kind: str) -> str | None:
+    """The mission or goal whose id the words spell, with or without its kind before it."""
+    said = _letters("".join(words)).removeprefix(kind)
     return next(
         (
             one
-            for one in missions
-            if _letters(one.replace("-", "_")).removeprefix(MISSION) in {said, said.removeprefix(MISSION)}
+            for one in names
+            if _letters(one.replace("-", "_")).removeprefix(kind) in {said, said.removeprefix(kind)}
         ),
         None,
     )
 
 
-def _next_full_hours(now: datetime) -> tuple[str, ...]:
+def next_full_hours(now: datetime) -> tuple[str, ...]:
     """The next full hours as times of day."""
     return tuple(f"{now + timedelta(hours=hours):%H}:00" for hours in range(1, 4))
 
 
-def _span(seconds: float) -> str:
+def in_words(seconds: float) -> str:
+    """A span in words: `1 h 5 min`, `25 min 3 s`."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     parts = ((hours, "h"), (minutes, "min"), (rest if not hours else 0, "s"))

@@ -24,7 +24,7 @@ class GoalState(StrEnum):
     COMMITTED = "committed"
     """A mission carries it out."""
     FINISHED = "finished"
-    """Over: its mission has ended. The outcome is the mission's state."""
+    """Over: its mission has ended, or there was nothing to do. The outcome is the mission's state, or `completed`."""
     WITHDRAWN = "withdrawn"
     """Over without a mission: cancelled, its last plan rejected, or its world no longer runs."""
 
@@ -41,6 +41,7 @@ _TRANSITIONS: Mapping[GoalState, tuple[GoalState, ...]] = {
         GoalState.PLANNING,
         GoalState.WAITING,  # its world was started again
         GoalState.UNSOLVABLE,  # its planning keeps failing at its start
+        GoalState.FINISHED,  # there is nothing to do
         GoalState.WITHDRAWN,
     ),
     GoalState.PLANNING: (
@@ -125,9 +126,9 @@ def commit(goal: Goal, *, plan_id: str, mission_id: str) -> None:
 
 
 def finish(goal: Goal, *, outcome: str, reason: str) -> None:
-    """End the goal with its mission.
+    """End the goal with its mission, or without one if there is nothing to do.
 
-    :param outcome: the mission's last state.
+    :param outcome: the mission's last state; `completed` if there is nothing to do.
     """
     _change(goal, GoalState.FINISHED, reason)
     goal.outcome = outcome

@@ -13,7 +13,7 @@ from app.domain.world_model.initial import initial_facts, initial_spots
 from app.domain.world_model.plan_effects import apply_action, broken_support, initial_support
 from app.domain.world_model.problem import objects_of, planning_problem
 from app.domain.world_model.reconcile import reconcile_report, told_by_events
-from app.domain.world_model.reservation import Reservation, named_in, needed_by, taken_by, union_of
+from app.domain.world_model.reservation import Reservation, filled_by, named_in, needed_by, taken_by, union_of
 
 __all__ = [
     "Change",
@@ -22,6 +22,7 @@ __all__ = [
     "apply_action",
     "belief_change",
     "broken_support",
+    "filled_by",
     "initial_facts",
     "initial_spots",
     "initial_support",

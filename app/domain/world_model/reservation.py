@@ -65,6 +65,13 @@ def _taken_by(action: PlanNetAction) -> Reservation:
     return union_of([named, _samples_of(samples), Reservation(robots=frozenset(action.agents))])
 
 
+def filled_by(actions: Iterable[PlanNetAction]) -> frozenset[str]:
+    """The locations, and the robots, that the actions put a sample in."""
+    return frozenset(
+        fact.args[2] for action in actions for fact in action.effects if fact.predicate == OBJECT_POSITION
+    )
+
+
 def named_in(facts: Iterable[Fact]) -> Reservation:
     """The robots, locations and samples that the facts name."""
     known = list(facts)

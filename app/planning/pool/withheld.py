@@ -1,15 +1,15 @@
-"""What a problem leaves out because other missions need it or robots are not recruited now, and work on such problems.
+"""What a problem leaves out because of missions, holds and robots that are not recruited, and work on such problems.
 
 The work waits instead of failing if the problem would have a plan with what is withheld. This runs in a planning
 process, for it takes as long as a small plan.
 """
 
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from app.domain.blockers import Blockers
-from app.domain.world_model.beliefs import CAN
+from app.domain.world_model.beliefs import CAN, VACANT
 from app.domain.world_model.reservation import Reservation, is_withheld
 from app.planning.pool.work import Solutions, Work, WorkResult
 from planner import Fact, KnowledgeBase, Observer, PlanningEngine, PlanningProblem, PlanningStatus
@@ -18,7 +18,7 @@ from planner.problem.contradiction import contradicting_goals
 from planner.relaxation import is_relaxed_reachable
 
 MAX_BLOCKERS = 8
-"""The most missions and robots among which those that block a goal are determined."""
+"""The most missions, holds and robots among which those that block a goal are determined."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,14 +28,16 @@ class Withheld:
     :param whole: the problem if nothing were withheld.
     :param missions: what other missions have reserved, by the mission in words.
     :param robots: the robots that are not recruited, each with the reason.
+    :param holds: the places that are kept empty, by the hold's end in words.
     """
 
     whole: PlanningProblem
     missions: Mapping[str, Reservation]
     robots: Mapping[str, str]
+    holds: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        return bool(self.missions or self.robots)
+        return bool(self.missions or self.robots or self.holds)
 
     def without(self, robots: Collection[str]) -> "Withheld":
         """The same without these robots, which are not waited for either."""
@@ -48,12 +50,12 @@ class Withheld:
         return why_unsolvable(knowledge_base, self.whole) if _is_hopeless(knowledge_base, self.whole) else ""
 
     def blockers(self, knowledge_base: KnowledgeBase) -> Blockers:
-        """The missions and robots that each prevent a plan alone.
+        """The missions, holds and robots that each prevent a plan alone.
 
         All of them if none does so alone, or if there are more than `MAX_BLOCKERS`.
         """
-        every = Blockers(missions=tuple(self.missions), robots=self.robots)
-        if not 1 < len(self.missions) + len(self.robots) <= MAX_BLOCKERS:
+        every = Blockers(missions=tuple(self.missions), holds=tuple(self.holds), robots=self.robots)
+        if not 1 < len(self.missions) + len(self.holds) + len(self.robots) <= MAX_BLOCKERS:
             return every
 
         def blocks(withheld: Callable[[Fact], bool]) -> bool:
@@ -66,6 +68,7 @@ class Withheld:
                 for mission, reserved in self.missions.items()
                 if blocks(partial(is_withheld, reserved=reserved))
             ),
+            holds=tuple(hold for hold, places in self.holds.items() if blocks(partial(_is_room, of=places))),
             robots={
                 robot: why for robot, why in self.robots.items() if blocks(partial(is_ability, of={robot}))
             },
@@ -103,6 +106,10 @@ class WorkUnlessBlocked:
 
 def is_ability(fact: Fact, *, of: Collection[str]) -> bool:
     return fact.predicate == CAN and fact.args[0] in of
+
+
+def _is_room(fact: Fact, *, of: Collection[str]) -> bool:
+    return fact.predicate == VACANT and fact.args[0] in of
 
 
 def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:

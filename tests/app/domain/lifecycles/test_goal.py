@@ -84,6 +84,7 @@ class AnyOrderOfCommands(RuleBasedStateMachine):
         self.change(
             lambda goal: goal_lifecycle.finish(goal, outcome="completed", reason=""),
             GoalState.FINISHED,
+            GoalState.SUBMITTED,  # there is nothing to do
             GoalState.COMMITTED,
         )
 

@@ -1,4 +1,4 @@
-"""The state columns of goals, plans, missions, scripts and recoveries are assigned by their life cycles alone."""
+"""The states of goals, plans, missions, scripts, recoveries and holds are assigned by their life cycles alone."""
 
 import ast
 from collections.abc import Iterator
@@ -14,6 +14,7 @@ OWNED = {
         *{"delivery", "state", "stopping", "abandoned", "control", "control_number", "question"},
         *{"category", "perceived", "heard_at_s", "doubt"},
     },
+    "hold": {"state", "ending", "ended_by", "ended_at"},
 }
 ROOT = Path(app.__file__).parent
 

@@ -1,0 +1,57 @@
+"""Routes of holds: the places of a world that are kept empty, and ending that early."""
+
+from typing import Literal, Self
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field
+
+from app.api.bodies import Decision, Page
+from app.api.goals import ACTOR
+from app.api.parameters import Id, Limit
+from app.api.worlds import TAGS
+from app.domain.goal_language.stated_holds import HoldEnd
+from app.domain.lifecycles.hold import HoldEnding, HoldState
+from app.planning.hold_service import HoldService
+from app.store import HoldRow
+from app.store.standing_holds import end_in_words
+
+
+class HoldBody(BaseModel):
+    """Places of a world that are kept empty: while the hold stands, no plan puts a sample there."""
+
+    id: str
+    world: str
+    places: list[str]
+    until: HoldEnd
+    ends: str = Field(description="until when, in words")
+    ends_at_s: float | None = Field(description="when its span is over, by the world's clock")
+    state: Literal["held", "ended"]
+    goal_id: str = Field(description="the goal that stated it; it may have been deleted since")
+    text: str = Field(description="what that goal said")
+    created_by: str
+    created_at: str
+    ending: HoldEnding | None = Field(description="why it ended")
+    ended_by: str | None = Field(description="the operator who ended it; null if it ended by itself")
+    ended_at: str | None
+    comment: str
+
+    @classmethod
+    def of(cls, row: HoldRow) -> Self:
+        known = {name: getattr(row, name) for name in cls.model_fields if name != "ends"}
+        return cls.model_validate({**known, "ends": end_in_words(row)})
+
+
+def holds_router(holds: HoldService) -> APIRouter:
+    router = APIRouter(prefix="/v1/worlds/{world_id}/holds", tags=TAGS)
+
+    @router.get("")
+    def list_holds(world_id: Id, state: HoldState = HoldState.HELD, limit: Limit = 100) -> Page[HoldBody]:
+        """The world's holds, newest first: those that stand, or with `state=ended` those that are over."""
+        return Page(items=[HoldBody.of(row) for row in holds.of_world(world_id, state=state, limit=limit)])
+
+    @router.post("/{hold_id}:end")
+    def end_hold(world_id: Id, hold_id: Id, body: Decision | None = None) -> HoldBody:
+        """End a hold early; goals that wait for it are planned. Ending it again changes nothing."""
+        return HoldBody.of(holds.end(world_id, hold_id, actor=ACTOR, comment=body.comment if body else ""))
+
+    return router

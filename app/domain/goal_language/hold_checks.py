@@ -1,0 +1,161 @@
+"""Holds against a world: the goals that empty their places, their issues, and those of goals that they forbid."""
+
+from collections.abc import Collection, Iterator, Sequence
+from datetime import datetime
+
+from app.domain.goal_language.berth_choice import remaining_samples
+from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.constraints import AppliedConstraints, Constraints
+from app.domain.goal_language.issues import GoalIssue, unknown_name
+from app.domain.goal_language.reachability import free_for
+from app.domain.goal_language.references import References
+from app.domain.goal_language.sentence import Phrase
+from app.domain.goal_language.stated_holds import StandingHold, StatedHold, held_places, kept_by, places_in
+from app.domain.goal_language.terms import Reading
+from app.domain.goal_language.words import joined, natural_key
+from app.domain.world_model.beliefs import IN, VACANT, Facts, place_of
+from app.domain.world_model.berths import berths_of
+from app.domain.world_model.problem import objects_of
+from app.domain.world_model.vocabulary import planner_fact
+from planner import KnowledgeBase, KnowledgeBaseError
+from robots.wire import SymbolicFact
+from robots.world import WorldFile
+
+MAX_HOLDS = 100
+"""The most holds that one goal may state."""
+
+
+def emptying_goals(
+    holds: Sequence[StatedHold],
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    within: Constraints,
+) -> tuple[tuple[SymbolicFact, ...], tuple[Reading, ...]] | Clarification:
+    """The goals that move what lies in places to be held elsewhere, unless one of the goals moves it.
+
+    A sample goes to a free place of the same kind of location; if there is none, to any.
+
+    :param within: everything that limits where it may go.
+    """
+    applied = within.and_also(kept_by(holds)).in_world(world)
+    names = References(world=world, facts=facts, applied=applied)
+    every = list(goals)
+    readings = []
+    for place in sorted(places_in((name for hold in holds for name in hold.places), world), key=natural_key):
+        if place not in world.places_by_location and place not in world.location_of:
+            continue  # `check_holds` refuses it
+        for sample in remaining_samples(place, goals, world, facts):
+            kind = world.location(world.location_of.get(place, place)).kind
+            taken = [world.location_of.get(goal.args[-1], goal.args[-1]) for goal in every]
+            chosen = names.free_place(Phrase(), kind, sample, taken)
+            if isinstance(chosen, Clarification):
+                chosen = names.free_place(Phrase(), "", sample, taken)
+            if isinstance(chosen, Clarification):
+                return Clarification(
+                    code="no-place-to-empty",
+                    detail=f"{place} is to be kept empty, {sample} lies there, and {chosen.detail}",
+                    thing=place,
+                )
+            every.append(SymbolicFact(predicate=IN, args=(sample, chosen)))
+            readings.append(Reading(said=f"{place} is emptied", means=(f"{sample} to {chosen}",)))
+    return tuple(every[len(goals) :]), tuple(readings)
+
+
+def check_holds(
+    holds: Sequence[StatedHold],
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+    now: datetime,
+) -> tuple[GoalIssue, ...]:
+    """The issues with holds: unknown names, and ends that have come already."""
+    if len(holds) > MAX_HOLDS:
+        detail = f"{len(holds)} holds are more than the {MAX_HOLDS} that one goal may state"
+        return (GoalIssue(code="too-many-holds", kind="invalid", detail=detail),)
+    return tuple(_issues(holds, world, facts, knowledge_base, now))
+
+
+def _issues(
+    holds: Sequence[StatedHold],
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+    now: datetime,
+) -> Iterator[GoalIssue]:
+    known = list(dict.fromkeys((*world.places_by_location, *world.location_of)))
+    for name in dict.fromkeys(name for hold in holds for name in hold.places):
+        if name not in known:
+            yield unknown_name("place", name, known)
+    for hold in holds:
+        until = hold.until
+        if until.at is not None and until.at <= now:
+            yield GoalIssue(
+                code="hold-over", kind="invalid", detail=f"{until.words}: that time has passed", thing=""
+            )
+        if until.fact is None:
+            continue
+        try:
+            if comes_true(until.fact, world, facts, knowledge_base):
+                yield GoalIssue(
+                    code="hold-over",
+                    kind="conflict",
+                    detail=f"{until.fact} is true already",
+                    thing=next(iter(until.fact.args), ""),
+                )
+        except KnowledgeBaseError as error:
+            yield GoalIssue(
+                code="malformed-fact", kind="invalid", detail=str(error), thing=until.fact.predicate
+            )
+
+
+def comes_true(fact: SymbolicFact, world: WorldFile, facts: Facts, knowledge_base: KnowledgeBase) -> bool:
+    """True if the fact is believed. Of a location with several berths: of one of them; that it is empty, of all.
+
+    :raises planner.KnowledgeBaseError: if it does not fit the vocabulary.
+    """
+    objects = objects_of(world)
+    berths = berths_of(fact.args[-1], world) if fact.args else ()
+    stated = [
+        planner_fact(
+            SymbolicFact(predicate=fact.predicate, args=(*fact.args[:-1], place)), knowledge_base, objects
+        )
+        for place in berths or fact.args[-1:]
+    ] or [planner_fact(fact, knowledge_base, objects)]
+    return (all if fact.predicate == VACANT else any)(one in facts for one in stated)
+
+
+def held_issues(
+    goals: Sequence[SymbolicFact], holds: Sequence[StandingHold], world: WorldFile, facts: Facts
+) -> tuple[GoalIssue, ...]:
+    """The issues with goals that put something where a hold keeps places empty."""
+    held = held_places(holds)
+    return tuple(_held(goals, holds, held, world, facts)) if held else ()
+
+
+def _held(
+    goals: Sequence[SymbolicFact],
+    holds: Sequence[StandingHold],
+    held: Collection[str],
+    world: WorldFile,
+    facts: Facts,
+) -> Iterator[GoalIssue]:
+    left = AppliedConstraints(kept_empty=frozenset(held)).applied_to(facts)
+    for goal in goals:
+        if goal.predicate != IN or len(goal.args) != 2:
+            continue
+        sample, name = goal.args
+        places = set(berths_of(name, world)) or {name}
+        if not places <= set(held) or place_of(sample, facts) in places:
+            continue
+        ids = [hold.id for hold in holds if hold.places & places]
+        words = [hold.words for hold in holds if hold.places & places]
+        choices = free_for(sample, world, left)
+        yield GoalIssue(
+            code="place-held",
+            kind="conflict",
+            detail=f"hold {joined(ids, last='and')} keeps {joined(words, last='and')}; choose "
+            f"another place, wait, or end the hold: POST /v1/worlds/{world.name}/holds/{ids[0]}:end",
+            thing=name,
+            choices=choices,
+        )

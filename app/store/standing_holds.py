@@ -1,0 +1,36 @@
+"""Holds in the database: the places of a world that are kept empty now."""
+
+from collections.abc import Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.domain.goal_language.stated_holds import HoldEnd, StandingHold
+from app.domain.goal_language.words import joined
+from app.domain.lifecycles.hold import HoldState
+from app.store.tables import HoldRow
+
+
+def standing_rows(session: Session, world: str) -> Sequence[HoldRow]:
+    """The holds of a world that stand, oldest first."""
+    query = select(HoldRow).where(HoldRow.world == world, HoldRow.state == HoldState.HELD)
+    return session.scalars(query.order_by(HoldRow.created_at, HoldRow.id)).all()
+
+
+def standing_holds(session: Session, world: str) -> Sequence[StandingHold]:
+    """As `standing_rows`, as planning needs them."""
+    return [
+        StandingHold(
+            id=row.id,
+            places=frozenset(row.kept),
+            words=f"{joined(row.places, last='and')} empty {end_in_words(row)}",
+        )
+        for row in standing_rows(session, world)
+    ]
+
+
+def end_in_words(row: HoldRow) -> str:
+    """Until when the hold stands, in words; a span by the time at which it ends."""
+    if row.ends_at_s is not None:
+        return f"until {row.ends_at_s:.0f} s by the world's clock"
+    return HoldEnd.model_validate(row.until).words
