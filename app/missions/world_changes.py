@@ -16,7 +16,15 @@ from app.domain.plan_document import PlanBody
 from app.domain.world_model import Change, Facts, broken_support, revise_beliefs
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from app.domain.world_model.berths import berths_of
-from app.domain.world_model.edits import AddRobot, AddSample, AnyEdit, EditedWorld, WorldEdit, apply_edits
+from app.domain.world_model.edits import (
+    AddRobot,
+    AddSample,
+    AnyEdit,
+    ChangeRobot,
+    EditedWorld,
+    WorldEdit,
+    apply_edits,
+)
 from app.domain.world_model.layout import layout_of
 from app.planning.waiting_goals import WaitingGoals
 from app.store import (
@@ -281,19 +289,16 @@ class WorldChanges:
             robot.name: name for name, file in self._worlds.items() if name != world for robot in file.robots
         }
         for index, edit in enumerate(edited.made):
-            if not isinstance(edit, AddRobot):
-                continue
-            robot = edit.robot
-            if robot.name in others:
+            if isinstance(edit, AddRobot) and (name := edit.robot.name) in others:
                 raise Invalid(
-                    f"edits.{index}: {others[robot.name]} has a robot {robot.name}; robots are known by their names "
-                    "in all worlds of a service",
+                    f"edits.{index}: {others[name]} has a robot {name}; robots are known by their names in all worlds "
+                    "of a service",
                     code="name-in-use",
-                    thing=robot.name,
+                    thing=name,
                 )
-            if (tag := next((tag for tag in robot.repertoire if tag not in self._tags), None)) is not None:
+            if (tag := next((tag for tag in _tags_of(edit) if tag not in self._tags), None)) is not None:
                 raise Invalid(
-                    f"edits.{index}: robot.repertoire: no packet of a repertoire has the tag {tag!r}",
+                    f"edits.{index}: repertoire: no packet of a repertoire has the tag {tag!r}",
                     code="unknown-tag",
                     choices=sorted(self._tags),
                     thing=tag,
@@ -333,6 +338,16 @@ class WorldChanges:
     def _refuse_unknown(self, world: str) -> None:
         if world not in self._worlds:
             raise UnknownWorld(world, self._worlds)
+
+
+def _tags_of(edit: WorldEdit) -> Sequence[str]:
+    """The packets that a robot has after the edit."""
+    match edit:
+        case AddRobot(robot=robot):
+            return robot.repertoire
+        case ChangeRobot(repertoire=repertoire):
+            return repertoire or ()
+    return ()
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:

@@ -16,6 +16,13 @@ from robots.world.sensors import SensorSpec
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Point = tuple[float, float]
+Start = tuple[float, float, float]
+"""Where a robot starts: x and y in metres, heading in degrees."""
+Speed = Annotated[float, Field(gt=0, le=2)]
+TurnRate = Annotated[float, Field(gt=0, le=6)]
+Architecture = Literal["parallel", "sequential"]
+Sonar = Annotated[tuple[Literal["real", "virtual"], ...], Field(min_length=1)]
+Tuning = dict[str, dict[str, dict[str, float]]]
 Interval = tuple[float, float]
 
 Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
@@ -106,20 +113,20 @@ class RobotSpec(Checked):
     name: Name
     compartment: Name
     aisle: Name | None = None
-    start: tuple[float, float, float]
+    start: Start
     home: Name | None = None
     body: BodySpec = VelocityBodySpec()
-    architecture: Literal["parallel", "sequential"] = "parallel"
+    architecture: Architecture = "parallel"
     repertoire: tuple[Tag, ...] = STORE_TAGS
-    speed_m_s: float = Field(default=0.5, gt=0, le=2)
-    turn_rad_s: float = Field(default=1.5, gt=0, le=6)
+    speed_m_s: Speed = 0.5
+    turn_rad_s: TurnRate = 1.5
     battery: float = Field(default=1.0, ge=0, le=1)
     whiskers: int = Field(default=16, ge=8, le=64)
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
-    sonar: tuple[Literal["real", "virtual"], ...] = Field(default=("real", "virtual"), min_length=1)
+    sonar: Sonar = ("real", "virtual")
     sensors: tuple[SensorSpec, ...] = ()
-    tuning: dict[str, dict[str, dict[str, float]]] = Field(default_factory=dict)
+    tuning: Tuning = Field(default_factory=dict)
     link: LinkSpec | None = None
 
     @model_validator(mode="after")

@@ -73,9 +73,13 @@ class Hub:
         self._telemetry_sent_at_s: dict[str, float] = {}
 
     def connect(self, radios: Mapping[str, Radio]) -> None:
-        """Serve these robots from now on; those that are served already keep their ends and radios."""
+        """Serve these robots from now on; those served already keep their ends, and equal radios."""
         self._ends = {robot: self._ends.get(robot) or RobotLink(self._send) for robot in radios}
-        self._radios = {robot: self._radios.get(robot, radio) for robot, radio in radios.items()}
+        kept = self._radios
+        self._radios = {
+            robot: kept[robot] if robot in kept and kept[robot].link == radio.link else radio
+            for robot, radio in radios.items()
+        }
 
     def link_of(self, robot: str) -> RobotLink:
         return self._ends[robot]

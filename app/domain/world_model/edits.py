@@ -3,13 +3,15 @@
 from abc import abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import Field, ValidationError
+from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, model_serializer, model_validator
 
 from app.domain.errors import Conflict, Invalid, MactaError, NotFound
 from app.domain.world_model.beliefs import (
     CAN,
+    HAS_BODY,
+    HAS_SENSOR,
     IN,
     IN_AREA,
     NEAR,
@@ -31,10 +33,12 @@ from app.domain.world_model.initial import initial_facts
 from app.domain.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.data import Checked
-from robots.world import Delivery, KeepOut, Location, RobotSpec, Sample, WorldFile
+from robots.world import Delivery, KeepOut, LinkSpec, Location, RobotSpec, Sample, WorldFile
+from robots.world.parts import Architecture, Name, Sonar, Speed, Start, Tag, Tuning, TurnRate
+from robots.world.sensors import SensorSpec
 
 Part = TypeVar("Part", Sample, RobotSpec, Location, KeepOut, Delivery)
-STRUCTURAL = frozenset({CAN, IN_AREA, OWN_SPOT, REACHES})
+STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, OWN_SPOT, REACHES})
 """Predicates of what follows from the world alone."""
 
 
@@ -167,6 +171,60 @@ class RemoveRobot(EditOfOne):
         return Edited(without, self, AddRobot(robot=robot))
 
 
+class ChangeRobot(EditOfOne):
+    """A robot is otherwise from now on, where it stands; what is left out stays as it is."""
+
+    edit: Literal["change_robot"] = "change_robot"
+    compartment: Name | None = None
+    aisle: Name | None = Field(default=None, description="null: the whole compartment")
+    start: Start | None = Field(default=None, description="where it stands when a new run begins")
+    home: Name | None = Field(default=None, description="null: it has none")
+    architecture: Architecture | None = None
+    repertoire: tuple[Tag, ...] | None = None
+    speed_m_s: Speed | None = None
+    turn_rad_s: TurnRate | None = None
+    sonar: Sonar | None = None
+    sensors: tuple[SensorSpec, ...] | None = None
+    tuning: Tuning | None = None
+    link: LinkSpec | None = Field(default=None, description="null: the world's")
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What is given, by the field of a `RobotSpec`."""
+        return {name: getattr(self, name) for name in sorted(self.model_fields_set - {"edit", "name"})}
+
+    @model_validator(mode="after")
+    def _says_something(self) -> Self:
+        if not self.values:
+            choices = ", ".join(name for name in type(self).model_fields if name not in ("edit", "name"))
+            raise ValueError(f"nothing of {self.name} is changed; state one of {choices}")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _without_what_stays(self, serialize: SerializerFunctionWrapHandler):  # type: ignore[no-untyped-def]
+        # NOTE: with a return type, the JSON schema would be that type's instead of the model's.
+        return {
+            name: value
+            for name, value in serialize(self).items()
+            if name in self.model_fields_set or name == "edit"
+        }
+
+    def __str__(self) -> str:
+        return f"changed {self.name}: {', '.join(self.values)}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        robot = _known("robot", self.name, world.robots)
+        try:
+            other = RobotSpec.model_validate(dict(robot) | self.values)
+        except ValidationError as error:
+            raise _unfit(error) from error
+        robots = tuple(other if one.name == self.name else one for one in world.robots)
+        after = changed(world, robots=robots)
+        _refuse_left_outside(other, after, facts)
+        back = {name: getattr(robot, name) for name in self.values}
+        return Edited(after, self, ChangeRobot(name=self.name, **back))
+
+
 class AddPlace(WorldEdit):
     """A place with its beacon; robots whose area it lies in reach it."""
 
@@ -264,6 +322,7 @@ AnyEdit = Annotated[
     | RemoveSample
     | AddRobot
     | RemoveRobot
+    | ChangeRobot
     | AddPlace
     | MovePlace
     | RemovePlace
@@ -313,7 +372,8 @@ class EditedWorld:
 def fact_change(facts: Facts, before: WorldFile, after: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     """The facts once a world has changed: none of what is gone, the initial ones of what is new, others as believed.
 
-    Abilities and reach follow the changed world. A robot near a place that is now elsewhere stands at its own spot.
+    What a robot is, can and reaches follows the changed world. A robot near a place that is now elsewhere, or that it
+    no longer reaches, stands at its own spot.
     """
     old = objects_of(before).keys()
     new = objects_of(after).keys()
@@ -331,7 +391,9 @@ def fact_change(facts: Facts, before: WorldFile, after: WorldFile, knowledge_bas
     news |= {
         Fact(ROBOT_POSITION, (fact.args[0], NEAR, spot_of(fact.args[0])))
         for fact in facts
-        if fact.predicate == ROBOT_POSITION and fact.args[2] in moved and fact.args[0] not in gone
+        if fact.predicate == ROBOT_POSITION
+        and fact.args[0] not in gone
+        and (fact.args[2] in moved or Fact(REACHES, (fact.args[0], fact.args[2])) in ended)
     }
     emptied = {
         fact.args[2]
@@ -351,8 +413,28 @@ def changed(world: WorldFile, **parts: Any) -> WorldFile:
     try:
         return WorldFile(**{name: parts.get(name, getattr(world, name)) for name in WorldFile.model_fields})
     except ValidationError as error:
-        fault = error.errors()[0]
-        raise Invalid(fault["msg"].removeprefix("Value error, "), code="world-does-not-fit") from error
+        raise _unfit(error) from error
+
+
+def _unfit(error: ValidationError) -> Invalid:
+    fault = error.errors()[0]
+    where = ".".join(map(str, fault["loc"]))
+    words = fault["msg"].removeprefix("Value error, ")
+    return Invalid(f"{where}: {words}" if where else words, code="world-does-not-fit")
+
+
+def _refuse_left_outside(robot: RobotSpec, world: WorldFile, facts: Facts) -> None:
+    """Refuse that a robot gets another area than the one that it is believed to stand in."""
+    area = world.area_of(robot)
+    for fact in facts:
+        if fact.predicate == ROBOT_POSITION and fact.args[0] == robot.name:
+            point = world.points.get(fact.args[2])
+            if point is not None and not area.contains(point):
+                raise Conflict(
+                    f"{robot.name} is at {fact.args[2]}, outside {area.name}; have it go elsewhere first",
+                    code="robot-outside-area",
+                    thing=robot.name,
+                )
 
 
 def _refuse_name_in_use(name: str, world: WorldFile) -> None:

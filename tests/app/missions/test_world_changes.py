@@ -273,9 +273,63 @@ def test_a_robot_at_a_place_that_is_moved_stands_where_it_stood(api: TestClient)
     assert "near(yard_1, home_yard_1)" not in facts(api)
 
 
+def of_robot(name: str, **values: Any) -> dict[str, Any]:
+    return {"edit": "change_robot", "name": name, **values}
+
+
+def test_a_robot_is_changed_where_it_stands_and_its_change_undone(api: TestClient, follow: Follow) -> None:
+    before = facts(api).keys()
+    made = changed(api, of_robot("yard_1", speed_m_s=0.2, repertoire=["NAVIGATE"], home=None))
+    assert made["edits"] == [of_robot("yard_1", speed_m_s=0.2, repertoire=["NAVIGATE"], home=None)]
+    known = facts(api)
+    assert {fact for fact in known if fact.startswith("can(yard_1,")} == {"can(yard_1, NAVIGATE)"}
+    assert "near(yard_1, yard_1_spot)" in known  # it stands where its home was
+    assert "reaches(yard_1, home_yard_1)" not in known
+    assert api.get("/v1/robots/yard_1").json()["repertoire"] == ["NAVIGATE"]
+    goal = follow(stated(api, "move sample_1 to bay_7"), "planned")
+    plan = api.get(f"/v1/plans/{goal['plan_id']}").json()
+    assert "yard_1" not in {robot for action in plan["actions"] for robot in action["agents"]}
+    undone = api.post(f"{CHANGES}/1:undo").raise_for_status().json()
+    (back,) = undone["edits"]
+    assert (back["speed_m_s"], back["home"]) == (0.5, "home_yard_1")
+    assert before - facts(api).keys() == {"near(yard_1, home_yard_1)"}  # it stays where it is by now
+    assert facts(api).keys() - before == {"near(yard_1, yard_1_spot)", "clear(home_yard_1, yard)"}
+
+
+def test_a_plan_is_out_of_date_once_its_robot_can_no_longer_do_it(api: TestClient, follow: Follow) -> None:
+    plan = follow(stated(api, "move sample_1 to bay_7 with yard_1 and store_2"), "planned")["plan_id"]
+    edits = [of_robot("yard_1", repertoire=["NAVIGATE"])]
+    assert api.post(f"{CHANGES}:check", json={"edits": edits}).json()["outdated_plans"] == [plan]
+
+
+def test_a_robot_that_a_running_mission_needs_is_not_changed(
+    api: TestClient, follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.stuck.add("yard_1")
+    plan = follow(stated(api, "move sample_1 to bay_7 with yard_1 and store_2"), "planned")["plan_id"]
+    mission = api.post(f"/v1/plans/{plan}:approve", json={}).json()["mission_id"]
+    refused = change(api, of_robot("yard_1", speed_m_s=0.2))
+    assert (refused.status_code, refused.json()["thing"]) == (409, "yard_1")
+    assert mission in refused.json()["detail"]
+    changed(api, of_robot("yard_2", speed_m_s=0.2))
+
+
+def test_a_robot_stays_in_its_area_unless_it_stands_in_the_new_one(api: TestClient) -> None:
+    elsewhere = of_robot("yard_1", compartment="store", home=None, start=[1.5, 4.0, 0])
+    refused = change(api, elsewhere)
+    assert (refused.status_code, refused.json()["type"]) == (409, "urn:macta:problem:robot-outside-area")
+    assert "home_yard_1" in refused.json()["detail"]
+
+
 @pytest.mark.parametrize(
     ("edit", "code", "words"),
     [
+        (of_robot("fred", speed_m_s=0.2), "unknown-robot", "unknown robot 'fred'"),
+        (of_robot("yard_1", speed_m_s=None), "world-does-not-fit", "speed_m_s"),
+        (of_robot("yard_1", home="home_9"), "world-does-not-fit", "unknown location 'home_9'"),
+        (of_robot("yard_1", aisle="aisle_9"), "world-does-not-fit", "unknown aisle 'aisle_9'"),
+        (of_robot("yard_1", start=[40, 1, 0]), "world-does-not-fit", "outside its area"),
+        (of_robot("yard_1", repertoire=["FLY"]), "unknown-tag", "'FLY'"),
         ({"edit": "remove_robot", "name": "fred"}, "unknown-robot", "unknown robot 'fred'"),
         (NEW_ROBOT, "world-does-not-fit", "unknown location 'home_yard_3'"),
         ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "repertoire": ["FLY"]}}, "unknown-tag", "'FLY'"),

@@ -1,10 +1,14 @@
 """A world goes on in another edition: what was there stays where it is, what is new is there, what is gone is not."""
 
 from math import hypot
+from typing import Any
+
+import pytest
 
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose
 from robots.wire import (
     WORLD,
+    Acknowledgement,
     BehaviourPacket,
     BehaviourScript,
     Message,
@@ -151,6 +155,68 @@ def test_a_robot_is_added_another_removed_and_a_place_moved_while_scripts_go_on(
     assert ended == {"yard_1": ScriptState.FINISHED, "yard_3": ScriptState.FINISHED}
     x_m, y_m = (simulation.truth().robots["yard_3"].x_m, simulation.truth().robots["yard_3"].y_m)
     assert hypot(x_m - 6.3, y_m - 1.2) < 0.3  # before the door where it is now
+
+
+def with_robot(name: str, **values: Any) -> WorldFile:
+    """The world in which one robot is otherwise."""
+    document = FILE.model_dump()
+    robots = [one | values if one["name"] == name else one for one in document["robots"]]
+    return WorldFile.model_validate({**document, "robots": robots})
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"speed_m_s": 0.2, "turn_rad_s": 0.8},
+        {"repertoire": ["NAVIGATE"]},
+        {"home": None},
+        {"start": [2.0, 1.4, 0]},
+        {"architecture": "sequential"},
+        {"sonar": ["real"]},
+        {"sensors": [{"kind": "camera"}]},
+        {"tuning": {"NAVIGATE": {"translate/obstacle_avoid": {"stimulus.reach_m": 0.4}}}},
+        {"link": {"delay_s": 0.5}},
+    ],
+)
+def test_a_robot_that_is_changed_goes_on_with_its_script_from_where_it_is(values: dict[str, Any]) -> None:
+    simulation = simulated()
+    simulation.link.send(asked_of("yard_1", ScriptRequest(script=to_the_door("yard_1"))))
+    run_s(simulation, 1.5)
+    before = simulation.truth().robots
+    simulation.take_up(Edition(1, with_robot("yard_1", **values)))
+    assert simulation.truth().robots == before
+    ended: list[ScriptState] = []
+
+    def has_ended() -> bool:
+        ended.extend(
+            one.body.state for one in simulation.link.receive() if isinstance(one.body, ScriptReport)
+        )
+        return bool(ended)
+
+    simulation.run_until(has_ended, timeout_s=45)
+    assert ended == [ScriptState.FINISHED]
+
+
+def test_a_robot_that_is_made_slower_drives_slower_at_once() -> None:
+    simulation = simulated()
+    simulation.link.send(asked_of("yard_1", ScriptRequest(script=to_the_door("yard_1"))))
+    run_s(simulation, 2.0)
+    simulation.take_up(Edition(1, with_robot("yard_1", speed_m_s=0.1)))
+    run_s(simulation, 0.5)
+    before = simulation.truth().robots["yard_1"]
+    run_s(simulation, 1.0)
+    after = simulation.truth().robots["yard_1"]
+    assert 0.0 < hypot(after.x_m - before.x_m, after.y_m - before.y_m) < 0.12
+
+
+def test_a_robot_gets_another_radio() -> None:
+    simulation = simulated()
+    simulation.take_up(Edition(1, with_robot("yard_1", link={"delay_s": 2.0})))
+    simulation.link.send(asked_of("yard_1", ScriptRequest(script=to_the_door("yard_1"))))
+    run_s(simulation, 3.0)
+    assert not [one for one in simulation.link.receive() if isinstance(one.body, Acknowledgement)]
+    run_s(simulation, 1.5)
+    assert [one for one in simulation.link.receive() if isinstance(one.body, Acknowledgement)]
 
 
 def test_agents_in_processes_of_their_own_go_on_as_in_one() -> None:
