@@ -24,6 +24,7 @@ from app.api.recordings import recorded_bodies
 from app.core import Core
 from app.domain.mission_organiser import Margin
 from app.missions.dispatch import ScriptDispatcher
+from app.missions.factsheets import Factsheets
 from app.missions.fleet_run import DeclaresPacks, FleetRun
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
@@ -291,6 +292,13 @@ class Service:
             waiting=self._waiting_goals,
             tags=self.packs.repertoire().tags,
         )
+        self.factsheets = Factsheets(
+            core,
+            worlds=self._files,
+            clocks=self.clocks,
+            changes=self.world_changes,
+            admits_all=self.settings.admission == "all",
+        )
         plausibility = Plausibility(
             core,
             worlds=self._files,
@@ -299,7 +307,11 @@ class Service:
             board=self.board,
         )
         self.reports = MissionReports(
-            core, waiting=self._waiting_goals, plausibility=plausibility, changes=self.world_changes
+            core,
+            waiting=self._waiting_goals,
+            plausibility=plausibility,
+            changes=self.world_changes,
+            factsheets=self.factsheets,
         )
         repertoires = self._files.each(lambda file: {one.name: one.repertoire for one in file.robots})
         dispatcher = ScriptDispatcher(core, library=self.packs.library(), repertoires=repertoires)
@@ -365,6 +377,7 @@ class Service:
             world=name,
             has_lease=drives_world,
             each_turn=partial(_call_all, (self._files.follow, each_turn)),
+            factsheets=self.factsheets,
             editions=EditionDelivery(self.core, self._files, name, run=lambda: _run_of(world)),
         )
 
@@ -391,6 +404,7 @@ class Service:
             worlds=self.worlds,
             world_set=self.world_set,
             world_changes=self.world_changes,
+            factsheets=self.factsheets,
             robots=self.robots,
             questions=self.questions,
             tunings=self.tunings,

@@ -7,7 +7,7 @@ import re
 import secrets
 import stat
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TextIO
+from typing import TYPE_CHECKING, Annotated, Literal, TextIO
 
 from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
@@ -85,6 +85,10 @@ class Settings(BaseSettings):
     )
     low_battery: float = Field(
         default=0.2, ge=0, le=1, description="battery level, 0 to 1, below which a robot is not recruited"
+    )
+
+    admission: Literal["operator", "all"] = Field(
+        default="operator", description="who admits robots that announce themselves and are in no world"
     )
 
     packs: Annotated[tuple[str, ...], NoDecode] = Field(

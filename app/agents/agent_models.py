@@ -6,6 +6,7 @@ What is still to be delivered is read from the database, so a restart loses noth
 import logging
 import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Protocol
 
@@ -29,6 +30,9 @@ from robots.wire import (
     BehaviourScript,
     Clearance,
     ControlVerb,
+    Factsheet,
+    FactsheetAnswer,
+    FactsheetState,
     Message,
     Performative,
     Receipt,
@@ -70,6 +74,28 @@ class ReportRecorder(Protocol):
         ...
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FactsheetReply:
+    """What a robot is told of its factsheet, which the message brought."""
+
+    robot: str
+    message_id: str
+    state: FactsheetState
+    reason: str
+
+
+class FactsheetKeeper(Protocol):
+    """Keeps robots' factsheets."""
+
+    def retry(self, world: str) -> None:
+        """Follow those that had to wait."""
+        ...
+
+    def replies(self, world: str) -> Sequence[FactsheetReply]:
+        """The answers to send now; they then count as sent."""
+        ...
+
+
 class AgentModels:
     """The agent models of one world's robots, on one link, in one thread."""
 
@@ -91,6 +117,7 @@ class AgentModels:
         has_lease: Callable[[], bool] = lambda: True,
         each_turn: Callable[[], None] = lambda: None,
         editions: EditionDelivery | None = None,
+        factsheets: FactsheetKeeper | None = None,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
@@ -102,6 +129,7 @@ class AgentModels:
             only keeps the robots' current state and passes on the questions of its own clients.
         :param each_turn: called in each turn of the loop, before messages are received.
         :param editions: tells the world of its changes; None: it never changes.
+        :param factsheets: of robots that announce themselves; None: nobody answers them.
         """
         self._links = robots
         self._world = world
@@ -123,6 +151,7 @@ class AgentModels:
         self._has_lease = has_lease
         self._each_turn = each_turn
         self._editions = editions
+        self._factsheets = factsheets
         self._wall = wall
         self._served: Mapping[str, LinkSpec] = {}
         self._serve(robots())
@@ -192,7 +221,7 @@ class AgentModels:
             self._editions.answered(message, message.body)
             return True
         if message.sender not in self._robots:
-            return True
+            return not (isinstance(message.body, Factsheet) and self._has_lease())
         if isinstance(message.body, Telemetry):
             self._board.heard(message.sender, message.body)
             return True
@@ -264,6 +293,20 @@ class AgentModels:
                 query = StatusQuery(script_id=script.id)
                 send(script.robot, script.question, Performative.QUERY, query)
         self._communications.keep_unanswered()
+        self._answer_factsheets()
+
+    def _answer_factsheets(self) -> None:
+        if self._factsheets is None:
+            return
+        self._factsheets.retry(self._world)
+        for reply in self._factsheets.replies(self._world):
+            refused = reply.state is FactsheetState.REFUSED
+            self._communications.send(
+                reply.robot,
+                Performative.REFUSE if refused else Performative.CONFIRM,
+                FactsheetAnswer(state=reply.state, reason=reply.reason),
+                in_reply_to=reply.message_id,
+            )
 
     def _open_scripts(self) -> Sequence[ScriptRow]:
         with self._database.read() as session:

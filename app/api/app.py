@@ -21,6 +21,7 @@ from app.api.auth import TokenCheck, TokenMiddleware
 from app.api.bodies import GoalBody, plan_body
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
 from app.api.executors import executors_router
+from app.api.factsheets import factsheets_router
 from app.api.goals import goals_router, plans_router
 from app.api.holds import holds_router
 from app.api.input_gate import InputGate
@@ -37,6 +38,7 @@ from app.api.viewer_proxy import view_router, viewer_router
 from app.api.world_changes import world_changes_router
 from app.api.world_set import world_set_router
 from app.api.worlds import worlds_router
+from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
@@ -88,6 +90,7 @@ class Services:
     worlds: WorldService
     world_set: WorldSet
     world_changes: WorldChanges
+    factsheets: Factsheets
     robots: RobotDirectory
     questions: Questions
     tunings: TuningService
@@ -119,6 +122,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(world_set_router(service.world_set, service.worlds))
     api.include_router(holds_router(service.holds))
     api.include_router(world_changes_router(service.world_changes, service.worlds.knowledge_base))
+    api.include_router(factsheets_router(service.factsheets))
     api.include_router(
         robots_router(
             service.robots, service.questions, service.tunings, service.lost_robots, service.out_of_service

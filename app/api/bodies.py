@@ -19,7 +19,7 @@ from app.planning.alternatives import Search
 from app.store import GoalRow, PlanRow
 from app.store.records import values_of
 from planner import Objective
-from robots.wire import SymbolicFact
+from robots.wire import FactsheetState, SymbolicFact
 
 Item = TypeVar("Item")
 
@@ -337,6 +337,23 @@ class OutOfServiceBody(BaseModel):
     reason: str
 
 
+class FactsheetBody(BaseModel):
+    """What a robot has told of itself, and what has become of it."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    robot: str
+    world: str
+    number: int = Field(description="the robot's own; greater than that of an earlier one")
+    state: FactsheetState
+    reason: str = Field(description="why it is not in force")
+    edition: int | None = Field(description="the edition of the world that it has made, if any")
+    decided_by: str | None = Field(description="the operator who has admitted or refused the robot")
+    at_s: float = Field(description="when it came, world's clock")
+    came_at: str
+    sheet: dict[str, Any] = Field(description="as the robot sent it")
+
+
 class RobotBody(BaseModel):
     id: str
     name: str
@@ -361,6 +378,9 @@ class RobotBody(BaseModel):
     lost: LostBody | None = Field(default=None, description="set if the robot was declared lost")
     out_of_service: OutOfServiceBody | None = Field(
         default=None, description="set if the robot was taken out of service"
+    )
+    factsheet: FactsheetBody | None = Field(
+        default=None, description="what the robot told of itself; null if nothing"
     )
 
 

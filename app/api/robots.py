@@ -10,7 +10,16 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.agents import Questions
 from app.agents.robot_directory import RobotDirectory, RobotReport
 from app.agents.tuning import TunedRobot, TuningService
-from app.api.bodies import Decision, LostBody, OutOfServiceBody, Page, PoseBody, Request, RobotBody
+from app.api.bodies import (
+    Decision,
+    FactsheetBody,
+    LostBody,
+    OutOfServiceBody,
+    Page,
+    PoseBody,
+    Request,
+    RobotBody,
+)
 from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id, NameFilter
@@ -195,5 +204,6 @@ def _robot(report: RobotReport) -> RobotBody:
         out_of_service=None
         if report.out_of_service is None
         else OutOfServiceBody.model_validate(report.out_of_service),
+        factsheet=None if report.factsheet is None else FactsheetBody.model_validate(report.factsheet),
         **live,
     )

@@ -82,7 +82,11 @@ class _Relay:
                 self._link.send(message)
             for message in self._link.receive():
                 if isinstance(message.body, WorldChange):
-                    self._asked[message.id] = [robot["name"] for robot in message.body.world["robots"]]
+                    self._asked[message.id] = [
+                        robot["name"]
+                        for robot in message.body.world["robots"]
+                        if not robot.get("external", False)
+                    ]
                 self._simulation.send(message)
         except LinkClosed as error:
             raise Unavailable(f"world {self._world.name} cannot continue: {error}") from error

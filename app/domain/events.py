@@ -16,7 +16,7 @@ from app.domain.lifecycles.mission import ENDED, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS
 from robots.data import Frozen
-from robots.wire import FailureCategory, PacketState, ScriptState, SymbolicFact
+from robots.wire import FactsheetState, FailureCategory, PacketState, ScriptState, SymbolicFact
 
 
 class Event(Frozen):
@@ -566,6 +566,33 @@ class HoldEnded(Event, type="hold.ended"):
     why: HoldEnding
     actor: str | None = None
     comment: str = ""
+
+
+class RobotAnnounced(Event, type="robot.announced"):
+    """The robot has told what it is, or what it told could be followed now; `reason`: why it is not in force."""
+
+    world: str
+    number: int
+    outcome: FactsheetState
+    reason: str
+    edition: int | None
+
+
+class RobotAdmitted(Event, type="robot.admitted"):
+    """A robot that announced itself was added to the world: an operator admitted it, or the settings do (no actor)."""
+
+    world: str
+    edition: int
+    actor: str | None
+    comment: str
+
+
+class RobotRefused(Event, type="robot.refused"):
+    """What a robot announced is not followed: it does not fit the world (no actor), or an operator refuses it."""
+
+    world: str
+    actor: str | None
+    reason: str
 
 
 class RobotDeclaredLost(Event, type="robot.declared_lost"):

@@ -46,6 +46,7 @@ from app.domain.lifecycles.script import (
 from app.domain.world_model import Reservation
 from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import action_has_ended, packets_of, renew_clearances
+from app.missions.factsheets import Factsheets
 from app.missions.plausibility import Plausibility
 from app.missions.results import keep_results
 from app.missions.world_changes import WorldChanges
@@ -56,6 +57,7 @@ from robots.wire import (
     Acknowledgement,
     BehaviourScript,
     ControlVerb,
+    Factsheet,
     Message,
     PacketReport,
     PacketState,
@@ -97,7 +99,13 @@ class MissionReports:
     """
 
     def __init__(
-        self, core: Core, *, waiting: WaitingGoals, plausibility: Plausibility, changes: WorldChanges
+        self,
+        core: Core,
+        *,
+        waiting: WaitingGoals,
+        plausibility: Plausibility,
+        changes: WorldChanges,
+        factsheets: Factsheets,
     ) -> None:
         self._core = core
         self._database = core.database
@@ -108,17 +116,21 @@ class MissionReports:
         self._waiting = waiting
         self._plausibility = plausibility
         self._changes = changes
+        self._factsheets = factsheets
 
     def record(self, message: Message, world: str) -> Reception:
         """Record one answer or report, see `record_all`."""
         return self.record_all([message], world)[0]
 
     def record_all(self, messages: Sequence[Message], world: str) -> Sequence[Reception]:
-        """Record robots' answers and reports, in order; first those of unknown samples, each for itself.
+        """Record robots' answers and reports, in order; first factsheets, then reports of unknown samples.
 
         :param world: the world that the robots are in.
         """
-        found = {
+        sheets = [message for message in messages if isinstance(message.body, Factsheet)]
+        kept = self._factsheets.record(world, sheets) if sheets else ()
+        found = {message.id: reception for message, reception in zip(sheets, kept, strict=True)}
+        found |= {
             message.id: self._record_sample(message.sender, message.body, world)
             for message in messages
             if isinstance(message.body, SampleReport)

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session, defer
 from app.core import Core
 from app.domain.errors import Conflict, Invalid, NotFound, Outdated, UnknownWorld
 from app.domain.events import WorldChanged
+from app.domain.lifecycles.factsheet import IN_WORLD
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.plan_document import PlanBody
@@ -29,6 +30,7 @@ from app.domain.world_model.layout import layout_of
 from app.planning.waiting_goals import WaitingGoals
 from app.store import (
     EditionRow,
+    FactsheetRow,
     LostRobotRow,
     MissionRow,
     OutOfServiceRow,
@@ -46,6 +48,8 @@ from robots.clock import Clock
 from robots.wire import SampleReport
 from robots.world import Edition, Sample, WorldFile
 
+NEEDED = "needed-by-mission"
+"""The code of a refusal because of a running mission."""
 EDITS: TypeAdapter[list[AnyEdit]] = TypeAdapter(list[AnyEdit])
 
 
@@ -100,7 +104,7 @@ class WorldChanges:
         """What the edits would change; raises what `change` would."""
         self._refuse_unknown(world)
         with self._core.database.read() as session:
-            checked = self._checked(session, world, edits, expected)
+            checked = self.checked(session, world, edits, expected)
             compared = self._core.facts.numbers.compared(session, world)
             return replace(checked, outdated=self._outdated(session, world, checked.edited.facts | compared))
 
@@ -124,7 +128,7 @@ class WorldChanges:
         """
         self._refuse_unknown(world)
         with self._core.database.write() as session:
-            return self._make(
+            return self.make(
                 session, world, edits, actor=actor, source=source, reason=reason, expected=expected
             )
 
@@ -140,7 +144,7 @@ class WorldChanges:
             known = self._worlds[world]
             if report.place not in known.points or any(one.name == report.sample for one in known.samples):
                 return
-            self._make(
+            self.make(
                 session,
                 world,
                 [AddSample(sample=Sample(name=report.sample, at=report.place))],
@@ -174,7 +178,7 @@ class WorldChanges:
                     f"edition {edition} is another world file; start the service with the earlier file",
                     code="not-undoable",
                 )
-            made = self._make(
+            made = self.make(
                 session,
                 world,
                 EDITS.validate_python(row.undo),
@@ -187,7 +191,7 @@ class WorldChanges:
             row.undone_by = made.edition
             return made
 
-    def _make(
+    def make(
         self,
         session: Session,
         world: str,
@@ -200,11 +204,14 @@ class WorldChanges:
         undoes: int | None = None,
         observed: bool = False,
     ) -> EditionRow:
-        """:param observed: the edits were seen to be so: beliefs and missions in the way give way."""
+        """Make the edits within a transaction; see `change`. It locks the world's missions, then the world.
+
+        :param observed: the edits were seen to be so: beliefs and missions in the way give way.
+        """
         core = self._core
         lock_running_missions(session, world)  # lock order: missions before the world
         row = core.facts.lock(session, world)
-        checked = self._checked(session, world, edits, expected, observed=observed)
+        checked = self.checked(session, world, edits, expected, observed=observed)
         edited = checked.edited
         at_s = self._clocks[world].now_s()
         change = checked.change
@@ -251,15 +258,16 @@ class WorldChanges:
         after_commit(session, lambda: self._worlds.put(Edition(checked.edition, edited.world)))
         return recorded
 
-    def _checked(
+    def checked(
         self,
         session: Session,
         world: str,
         edits: Sequence[WorldEdit],
-        expected: int | None,
+        expected: int | None = None,
         *,
         observed: bool = False,
     ) -> CheckedChange:
+        """What the edits would change, within a transaction; raises what `make` would."""
         self._worlds.read(session)
         edition = self._worlds.edition(world)
         if expected not in (None, edition.number):
@@ -312,7 +320,7 @@ class WorldChanges:
                 raise Conflict(
                     f"{edited.world.kept_out[needed[0]]}: mission {mission.mission_id} still needs "
                     f"{', '.join(needed)}; cancel it, or wait for its end",
-                    code="needed-by-mission",
+                    code=NEEDED,
                     thing=needed[0],
                 )
             for index, edit in enumerate(edited.made):
@@ -321,7 +329,7 @@ class WorldChanges:
                     raise Conflict(
                         f"edits.{index}: mission {mission.mission_id} still needs {', '.join(needed)}; cancel it, or "
                         "wait for its end",
-                        code="needed-by-mission",
+                        code=NEEDED,
                         thing=needed[0],
                     )
 
@@ -356,6 +364,13 @@ def _forget_gone(session: Session, world: WorldFile) -> None:
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
     for table in (LostRobotRow, OutOfServiceRow, TuningRow):
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
+    session.execute(
+        delete(FactsheetRow).where(
+            FactsheetRow.world == world.name,
+            FactsheetRow.robot.not_in(here),
+            FactsheetRow.state.in_(IN_WORLD),
+        )
+    )
     missions = select(MissionRow.id).where(MissionRow.world == world.name)
     abandoned = select(ScriptRow).where(ScriptRow.abandoned, ScriptRow.mission_id.in_(missions))
     for script in session.scalars(abandoned.where(ScriptRow.robot.not_in(here))).all():

@@ -124,6 +124,12 @@ class FactStore:
         facts.change(add=add, remove=remove, source=source, at_s=at_s, corrects=corrects)
         return facts.version
 
+    def attest(
+        self, session: Session, world: str, facts: Iterable[Fact], *, source: str, at_s: float
+    ) -> None:
+        """Give facts of the world a source of their own, as `WorldFacts.attest` does."""
+        self.read_locked(session, world).attest(facts, source=source, at_s=at_s)
+
 
 class WorldFacts:
     """All facts of one world in one transaction: read once, with the world locked, and changed together."""
@@ -233,6 +239,18 @@ class WorldFacts:
             self._events.append(self._session, contradicted)
         return has_changed
 
+    def attest(self, facts: Iterable[Fact], *, source: str, at_s: float) -> None:
+        """Give believed facts another source, which says the same; those that have it already keep their time."""
+        known = (self._rows.get(str(fact)) for fact in sorted(facts))
+        rows = [row for row in known if row is not None and row.source != source]
+        for row in rows:
+            row.source = source
+            row.at_s = at_s
+            row.recorded_at = utc_now()
+        if rows:
+            self._world.version += 1
+            self._session.info.setdefault(_CHANGED, set()).add(self._world.id)
+
     def _delete(self, row: FactRow | UnknownRow) -> None:
         """Delete a row, which an earlier change of the same transaction may have added."""
         if row in self._session.new:
@@ -278,6 +296,11 @@ class WorldFacts:
 def source_of(robot: str) -> str:
     """The source of facts that a robot reported."""
     return f"report of {robot}"
+
+
+def factsheet_of(robot: str) -> str:
+    """The source of facts that a robot announced of itself."""
+    return f"factsheet of {robot}"
 
 
 def _ends_as_expected(old: FactRow, source: str) -> bool:

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic_core import from_json
 from sqlalchemy import (
     JSON,
+    BigInteger,
     Boolean,
     ColumnElement,
     Dialect,
@@ -192,6 +193,29 @@ class HoldRow(Base):
     ended_by: Mapped[str | None]
     ended_at: Mapped[str | None]
     comment: Mapped[str] = mapped_column(default="")
+
+
+class FactsheetRow(Base):
+    """The newest factsheet of a robot, of one that the world has or of one that would come.
+
+    `run`: of the world, that it came in; `message_id` of the message that brought it, `is_told`: that was answered.
+    `edition`: that it has made, if any. For the others see `app.domain.lifecycles.factsheet`.
+    """
+
+    __tablename__ = "factsheets"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    run: Mapped[str] = mapped_column(String(64))
+    message_id: Mapped[str] = mapped_column(ID)
+    number: Mapped[int] = mapped_column(BigInteger)
+    sheet: Mapped[dict[str, Any]]
+    state: Mapped[str]
+    reason: Mapped[str] = mapped_column(default="")
+    edition: Mapped[int | None]
+    decided_by: Mapped[str | None]
+    is_told: Mapped[bool] = mapped_column(default=False)
+    at_s: Mapped[float]
+    came_at: Mapped[str] = mapped_column(default=utc_now)
 
 
 class EditionRow(Base):

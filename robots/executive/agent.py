@@ -31,6 +31,7 @@ from robots.wire import (
     Clearance,
     Control,
     ControlVerb,
+    Factsheet,
     Message,
     PacketState,
     PacketTunings,
@@ -67,8 +68,14 @@ class BehaviouralAgent:
         clock: Clock,
         repertoire: Repertoire | None = None,
         memory: RobotMemory | None = None,
+        factsheet: Factsheet | None = None,
     ) -> None:
-        """:param memory: the state saved before a power failure; None for a robot that starts again."""
+        """
+        :param memory: the state saved before a power failure; None for a robot that starts again.
+        :param factsheet: what the robot tells of itself when it starts, and once it has changed; None: nothing.
+        """
+        self._factsheet = factsheet
+        self._announced: Factsheet | None = None
         self.profile = profile
         self._body = body
         self._clock = clock
@@ -112,6 +119,7 @@ class BehaviouralAgent:
             sensing_used_j=self._meter.used_j,
             sensing_saved_j=self._meter.saved_j,
             held=self._perception.held,
+            announced=self._announced,
         )
 
     def _recall(self, memory: RobotMemory) -> None:
@@ -126,6 +134,7 @@ class BehaviouralAgent:
         self._perception.localiser.recall(memory.estimate)
         self._upkeep.state = memory.upkeep.saved()
         self._perception.held = memory.held
+        self._announced = memory.announced
         self._meter = SensingMeter(
             load_powers(), used_j=memory.sensing_used_j, saved_j=memory.sensing_saved_j
         )
@@ -150,6 +159,7 @@ class BehaviouralAgent:
             percepts.drive_command = self._teleoperation.command(now_s)
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
         self._sensory.run((*self._loop.beside, *one_shots))
+        self._announce(now_s)
         self._send_reports(now_s)
         self._send_telemetry(now_s)
 
@@ -307,6 +317,15 @@ class BehaviouralAgent:
         """Why the battery is too low for a script; None if it is not."""
         run = self._executive.current
         return self._upkeep.refusal(self._percepts, current_tag=run.packet.tag if run else None)
+
+    def _announce(self, now_s: float) -> None:
+        """Send the factsheet, unless the last one said the same."""
+        last = self._announced
+        if self._factsheet is None or (last is not None and last.content == self._factsheet.content):
+            return
+        number = 0 if last is None else last.number + 1
+        self._announced = self._factsheet.model_copy(update={"number": number})
+        self._mailbox.report(Performative.INFORM, self._announced, now_s)
 
     def _send_reports(self, now_s: float) -> None:
         if (ended := self._teleoperation.settle(self._executive, self._percepts, now_s)) is not None:

@@ -10,7 +10,7 @@ from robots.data import Checked, Memory
 from robots.perception.localisation import EstimateMemory
 from robots.perception.progress import WayMemory
 from robots.reactive.stall import StallMemory
-from robots.wire import BehaviourScript, Message, PacketState, ScriptState
+from robots.wire import BehaviourScript, Factsheet, Message, PacketState, ScriptState
 from robots.wire.operator import PacketTunings
 
 
@@ -74,7 +74,9 @@ class StaleMemory(Checked):
 
 
 class RobotMemory(Checked):
-    """The whole memory. `verdicts`: script id to the reason of its refusal, None if it was accepted."""
+    """The whole memory. `verdicts`: script id to the reason of its refusal, None if it was accepted; `announced`: the
+    last factsheet.
+    """
 
     mailbox: MailboxMemory
     executive: ExecutiveMemory
@@ -87,3 +89,4 @@ class RobotMemory(Checked):
     sensing_used_j: float
     sensing_saved_j: float
     held: str | None = None
+    announced: Factsheet | None = None

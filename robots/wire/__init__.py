@@ -1,12 +1,16 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
 from robots.wire.messages import (
+    MAX_FACTSHEET_BYTES,
     WORLD,
     Acknowledgement,
     Body,
     Clearance,
     Control,
     ControlVerb,
+    Factsheet,
+    FactsheetAnswer,
+    FactsheetState,
     Message,
     PacketReport,
     Performative,
@@ -50,6 +54,7 @@ from robots.wire.script import (
 )
 
 __all__ = [
+    "MAX_FACTSHEET_BYTES",
     "MAX_IMAGE_BYTES",
     "OWN",
     "TRACED_S",
@@ -62,6 +67,9 @@ __all__ = [
     "Clearance",
     "Control",
     "ControlVerb",
+    "Factsheet",
+    "FactsheetAnswer",
+    "FactsheetState",
     "FailureCategory",
     "ImageResult",
     "Message",

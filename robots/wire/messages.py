@@ -4,11 +4,12 @@ A sender keeps every message but telemetry until a reply names it: a robot answe
 service answers a report with a receipt (`confirm`). Both ends ignore known ids and repeat their answer.
 """
 
+import json
 import uuid
 from enum import StrEnum
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, TraceReport, TuningReport
 from robots.wire.results import PacketResult
@@ -16,6 +17,7 @@ from robots.wire.script import BehaviourScript, FailureCategory, PacketState, Sc
 
 WORLD = "_world"
 """The world itself as sender and receiver; no robot can have this name."""
+MAX_FACTSHEET_BYTES = 16 * 1024
 
 
 class Performative(StrEnum):
@@ -145,6 +147,64 @@ class SampleReport(Wire):
     at_s: float
 
 
+class FactsheetState(StrEnum):
+    """What has become of a robot's factsheet."""
+
+    IN_FORCE = "in_force"
+    """The robot is in the world as it says."""
+    POSTPONED = "postponed"
+    """A running mission needs what it changes; it is tried again later."""
+    ANNOUNCED = "announced"
+    """The world has no such robot; an operator may admit it."""
+    REFUSED = "refused"
+    """The robot cannot be in the world as it says, or an operator does not admit it."""
+
+
+class Factsheet(Wire):
+    """Robot to service: what the robot is (inform). A changed one has a greater `number`.
+
+    `body` and `sensors` as in a world file, each a kind or one with its measures; `repertoire`: its packets' tags.
+    `compartment`, `aisle`, `home`: the area and home that it keeps to; without a compartment, that in which it stands.
+    `start`: where it stands, x and y in metres, heading in degrees. `edition`: of the world that made it so; None for a
+    robot that is not simulated.
+    """
+
+    kind: Literal["factsheet"] = "factsheet"
+    number: int = Field(default=0, ge=0, le=2**53)
+    body: dict[str, Any] | str = "velocity"
+    sensors: tuple[dict[str, Any] | str, ...] = Field(default=(), max_length=32)
+    repertoire: tuple[str, ...] = Field(max_length=256)
+    speed_m_s: float = Field(gt=0)
+    turn_rad_s: float = Field(gt=0)
+    compartment: str | None = None
+    aisle: str | None = None
+    home: str | None = None
+    start: tuple[float, float, float] | None = None
+    edition: int | None = Field(default=None, ge=0)
+
+    @property
+    def content(self) -> "Factsheet":
+        """What it says, without what tells one from another that says the same."""
+        return self.model_copy(update={"number": 0, "edition": None, "start": None})
+
+    @model_validator(mode="after")
+    def _can_be_kept(self) -> Self:
+        text = json.dumps(self.model_dump(mode="python"), allow_nan=False)
+        if len(text) > MAX_FACTSHEET_BYTES:
+            raise ValueError(f"a factsheet of {len(text)} bytes; at most {MAX_FACTSHEET_BYTES} are taken")
+        if "\\u" in text:
+            raise ValueError("a factsheet has printable ASCII characters only")
+        return self
+
+
+class FactsheetAnswer(Wire):
+    """Service to robot: what has become of its factsheet (confirm, or refuse with the reason)."""
+
+    kind: Literal["factsheet_answer"] = "factsheet_answer"
+    state: FactsheetState
+    reason: str = ""
+
+
 class StatusReport(Wire):
     """Robot to service: the answer to a status query (inform). `state` is None for a script it does not know.
 
@@ -232,6 +292,8 @@ Body = Annotated[
     | StatusReport
     | UpkeepReport
     | SampleReport
+    | Factsheet
+    | FactsheetAnswer
     | TraceQuery
     | TraceReport
     | Retune

@@ -55,6 +55,11 @@ class WorldFile(Checked):
     link: LinkSpec = LinkSpec()
 
     @cached_property
+    def simulated(self) -> tuple[RobotSpec, ...]:
+        """The robots that have no software of their own."""
+        return tuple(robot for robot in self.robots if not robot.external)
+
+    @cached_property
     def places_by_location(self) -> Mapping[str, tuple[Location, ...]]:
         """Location → its places: its berths if it has room for several samples, else itself."""
         areas = [area for compartment in self.compartments for area in (compartment, *compartment.aisles)]

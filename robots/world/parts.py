@@ -108,6 +108,7 @@ class RobotSpec(Checked):
     `sensors`: further ones: cameras, and those of installed packages.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `link`: its radio, with the world's `link` as default for each value.
+    `external`: software of its own speaks for it on the link; it is not simulated.
     """
 
     name: Name
@@ -128,6 +129,7 @@ class RobotSpec(Checked):
     sensors: tuple[SensorSpec, ...] = ()
     tuning: Tuning = Field(default_factory=dict)
     link: LinkSpec | None = None
+    external: bool = False
 
     @model_validator(mode="after")
     def _wheels_are_fast_enough(self) -> Self:

@@ -113,7 +113,7 @@ class WorldLoop:
             has_room=lambda: bool(select.select([], [channels.link], [], 0)[1]),
             holds=order.snapshots is not None,
         )
-        processes = processes_for(len(world.robots))
+        processes = processes_for(len(world.simulated))
         make_agent = agents_with(order.packet_files)
         if order.snapshots is None:
             self._simulation = Simulation(

@@ -28,7 +28,7 @@ class HasMemory(Protocol):
 class AgentSetup:
     """What an agent is made with: its spec, the locations of its reach, the names of the other robots and of the known
     samples, the areas to keep out of, the lengths of long samples, the pose it is told, its radio's round trip, its
-    interfaces, and the memory it resumes with.
+    interfaces, the memory it resumes with, and the number of the world's edition.
     """
 
     spec: RobotSpec
@@ -43,6 +43,7 @@ class AgentSetup:
     link: Link
     clock: Clock
     memory: RobotMemory | None = None
+    edition: int = 0
 
 
 AgentFactory = Callable[[AgentSetup], Agent]

@@ -9,6 +9,7 @@ from robots.executive.agent import BehaviouralAgent
 from robots.physical.body import ALL_SENSORS
 from robots.physical.profile import Architecture, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire, read_repertoire
+from robots.wire import Factsheet
 from sim.world.agent import AgentFactory, AgentSetup
 
 
@@ -64,4 +65,15 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         clock=setup.clock,
         repertoire=(repertoire or load_repertoire()).tuned(spec.tuning),
         memory=setup.memory,
+        factsheet=Factsheet(
+            body=spec.body.model_dump(mode="json"),
+            sensors=tuple(sensor.model_dump(mode="json") for sensor in spec.sensors),
+            repertoire=spec.repertoire,
+            speed_m_s=spec.speed_m_s,
+            turn_rad_s=spec.turn_rad_s,
+            compartment=spec.compartment,
+            aisle=spec.aisle,
+            home=spec.home,
+            edition=setup.edition,
+        ),
     )

@@ -93,9 +93,9 @@ class StartPoses:
         """A pose a rover, for those that stand somewhere already the pose there. The starts of rovers that are not
         placed yet are kept free.
         """
-        poses = {spec.name: placed.get(spec.name) or _file_start(spec) for spec in self.world.robots}
+        poses = {spec.name: placed.get(spec.name) or _file_start(spec) for spec in self.world.simulated}
         if self.jitter_m > 0:
-            for spec in (spec for spec in self.world.robots if spec.name not in placed):
+            for spec in (spec for spec in self.world.simulated if spec.name not in placed):
                 others = [pose for name, pose in poses.items() if name != spec.name]
                 poses[spec.name] = self._draw_one(spec, poses[spec.name], others)
         return poses

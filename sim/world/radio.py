@@ -75,4 +75,4 @@ class Radio:
 
 def radios_of(world: WorldFile, seed: int) -> dict[str, Radio]:
     """Every robot's radio, as the world file specifies."""
-    return {spec.name: Radio(world.link_of(spec), robot=spec.name, seed=seed) for spec in world.robots}
+    return {spec.name: Radio(world.link_of(spec), robot=spec.name, seed=seed) for spec in world.simulated}

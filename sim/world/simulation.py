@@ -86,7 +86,7 @@ class Simulation:
         unseen = (one for one in world.deliveries if one.name in self._delivered - known)
         self._samples: tuple[Sample, ...] = (*world.samples, *unseen)
         self.hub.connect(radios_of(world, self._seed))
-        names = [spec.name for spec in world.robots]
+        names = [spec.name for spec in world.simulated]
         seeds = np.random.SeedSequence(self._seed).spawn(len(names) + 1)
         placement_rng, *streams = [np.random.default_rng(each) for each in seeds]
         self._rngs = dict(zip(names, streams, strict=True))
@@ -104,24 +104,24 @@ class Simulation:
         for place in world.places:
             self.scene.put_beacon(place.at)
         self._jaws = Jaws(self.scene, names, self._placement.samples)
-        self._whiskers = Whiskers(world.robots)
-        reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.robots}
+        self._whiskers = Whiskers(world.simulated)
+        reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.simulated}
         self._infra_red = InfraRed(world.places, reach, self._samples)
         self.bodies = make_bodies(
-            world.robots,
+            world.simulated,
             scene=self.scene,
             floor=FloorMap(panels, self._placement.rocks),
             jaws=self._jaws,
             told=self._placement.told,
             rngs=self._rngs,
         )
-        self._homes = {spec.name: world.location(spec.home).at for spec in world.robots if spec.home}
+        self._homes = {spec.name: world.location(spec.home).at for spec in world.simulated if spec.home}
         self._touched: set[str] = set()
         if snapshot is not None:
             self._restore(snapshot)
         self._sense()
         memories = snapshot.robots if snapshot else {}
-        setups = [self._agent_setup(spec, memories.get(spec.name)) for spec in world.robots]
+        setups = [self._agent_setup(spec, memories.get(spec.name)) for spec in world.simulated]
         shares = np.array_split(np.arange(len(setups)), self._processes)
         mine, *others = [[setups[n] for n in share] for share in shares]
         self._make_far([share for share in others if share])
@@ -315,6 +315,7 @@ class Simulation:
             link=self.hub.link_of(spec.name),
             clock=self.clock,
             memory=memory,
+            edition=self.edition,
         )
 
     def _drain_batteries(self) -> None:

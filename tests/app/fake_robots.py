@@ -18,6 +18,7 @@ from robots.wire import (
     Clearance,
     Control,
     ControlVerb,
+    FactsheetAnswer,
     FailureCategory,
     Message,
     PacketReport,
@@ -116,6 +117,8 @@ class FakeTeam:
         """The packet whose finish is never reported."""
         self.patient = False
         """Reports are said again until there is a receipt, as real robots do."""
+        self.replies: list[tuple[str, FactsheetAnswer]] = []
+        """What robots were told of their factsheets, in order."""
         self.editions: list[int] = []
         """Those that the world was told of, in order."""
         self._unconfirmed: dict[str, tuple[float, Message]] = {}
@@ -154,7 +157,7 @@ class FakeTeam:
     def _point(self, name: str) -> tuple[float, float]:
         """The place where the robot is, in the sample store; where it starts if it is at none."""
         robot = self.robots.get(name)
-        if robot is not None and robot.at is not None:
+        if robot is not None and robot.at is not None and robot.at[1] in STORE.points:
             return STORE.location(robot.at[1]).at
         return STORE.robot(name).start[:2]
 
@@ -191,9 +194,8 @@ class FakeTeam:
             self._far.send(self._message(WORLD, Performative.AGREE, taken, message.id))
             return
         robot = self.robots.setdefault(message.receiver, FakeRobot())
-        if isinstance(message.body, Receipt):
-            self.receipts.append(message.in_reply_to or "")
-            self._unconfirmed.pop(message.in_reply_to or "", None)
+        if isinstance(message.body, Receipt | FactsheetAnswer):
+            self._note_answer(message, message.body)
             return
         if isinstance(message.body, TraceQuery):
             self._far.send(self._message(message.receiver, Performative.INFORM, self.traced, message.id))
@@ -209,6 +211,13 @@ class FakeTeam:
             return
         robot.answers[message.id] = self._answer(message, robot)
         self._far.send(robot.answers[message.id])
+
+    def _note_answer(self, message: Message, answer: Receipt | FactsheetAnswer) -> None:
+        if isinstance(answer, FactsheetAnswer):
+            self.replies.append((message.receiver, answer))
+        else:
+            self.receipts.append(message.in_reply_to or "")
+            self._unconfirmed.pop(message.in_reply_to or "", None)
 
     def _drive(self, message: Message, wanted: SetPoint, robot: FakeRobot) -> None:
         robot.set_points.append(wanted)

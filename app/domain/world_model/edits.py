@@ -34,6 +34,7 @@ from app.domain.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.data import Checked
 from robots.world import Delivery, KeepOut, LinkSpec, Location, RobotSpec, Sample, WorldFile
+from robots.world.bodies import BodySpec
 from robots.world.parts import Architecture, Name, Sonar, Speed, Start, Tag, Tuning, TurnRate
 from robots.world.sensors import SensorSpec
 
@@ -183,6 +184,7 @@ class ChangeRobot(EditOfOne):
     repertoire: tuple[Tag, ...] | None = None
     speed_m_s: Speed | None = None
     turn_rad_s: TurnRate | None = None
+    body: BodySpec | None = Field(default=None, description="only of a robot that is not simulated")
     sonar: Sonar | None = None
     sensors: tuple[SensorSpec, ...] | None = None
     tuning: Tuning | None = None
@@ -218,6 +220,12 @@ class ChangeRobot(EditOfOne):
             other = RobotSpec.model_validate(dict(robot) | self.values)
         except ValidationError as error:
             raise _unfit(error) from error
+        if other.body != robot.body and not robot.external:
+            raise Invalid(
+                f"{self.name} is simulated with its body; remove it and add it again",
+                code="body-is-simulated",
+                thing=self.name,
+            )
         robots = tuple(other if one.name == self.name else one for one in world.robots)
         after = changed(world, robots=robots)
         _refuse_left_outside(other, after, facts)

@@ -91,6 +91,8 @@ class FleetLink:
             self._reactor.add(session)
         for robot, session in gone.items():
             session.publish(self._presence(robot, ConnectionState.OFFLINE))
+            forgotten = robot_topic(self._world, robot, Channel.FACTSHEET)
+            session.publish(Publication(topic=forgotten, payload=b"", retain=True))
             self._reactor.remove(session)
 
     @property
@@ -141,6 +143,7 @@ class FleetLink:
                 topic=robot_topic(self._world, message.sender, channel),
                 payload=content.model_dump_json(exclude_defaults=content is not message).encode(),
                 qos=channel.qos,
+                retain=channel is Channel.FACTSHEET,
                 run="" if channel is Channel.VISUALIZATION else self._run,
             )
         )

@@ -1,6 +1,7 @@
 """The service's end of a world's link: one client that receives from all robots of the world and from its fleet."""
 
 import logging
+import re
 import time
 import uuid
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -24,9 +25,14 @@ from robots.link.mqtt.topics import (
     robot_topic,
     world_topic,
 )
-from robots.wire import Message, Telemetry
+from robots.wire import MAX_FACTSHEET_BYTES, Factsheet, Message, Telemetry
 
-RECEIVED = (Channel.STATE, Channel.VISUALIZATION, Channel.CONNECTION)
+RECEIVED = (Channel.STATE, Channel.VISUALIZATION, Channel.CONNECTION, Channel.FACTSHEET)
+ROBOT_NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
+MAX_PAYLOAD_BYTES = MAX_FACTSHEET_BYTES + 1024
+"""Of a factsheet's message."""
+MAX_EARLY = 1000
+"""Factsheets that are kept until their run is taken up; more are dropped."""
 
 logger = logging.getLogger(__name__)
 
@@ -69,6 +75,8 @@ class ServiceLink:
         self._announced_run: str | None = None
         self._taken_up: str | None = None
         self._complaint = ""
+        self._early: dict[str, tuple[str, Message]] = {}
+        """By robot, a factsheet that came before its run was taken up, with that run."""
         self.packs: Mapping[str, str] = {}
         """The digests of the fleet's domain packs, as it last announced them."""
         self._session = Session(
@@ -101,6 +109,9 @@ class ServiceLink:
     def take_up(self, run: str) -> None:
         """Exchange the messages of this run from now on."""
         self._taken_up = run
+        for robot in list(self._early):
+            if (early := self._early.get(robot)) is not None and early[0] == run:
+                self._inbox.put(early[1])
 
     @property
     def connected(self) -> bool:
@@ -162,11 +173,29 @@ class ServiceLink:
             if self._listener is not None:
                 self._listener.connected(robot, presence.state, now=not publication.retain)
         else:
+            if channel is Channel.FACTSHEET and not self._may_be_read(robot, publication):
+                return
             message = Message.model_validate_json(publication.payload)
             if message.sender != robot:
                 self._inbox.reject(publication.topic, f"it is from {message.sender}")
-            elif publication.run == self._taken_up:
+                return
+            if isinstance(message.body, Factsheet) and (robot in self._early or len(self._early) < MAX_EARLY):
+                self._early[robot] = publication.run, message
+            if publication.run == self._taken_up:
                 self._inbox.put(message)
+
+    def _may_be_read(self, robot: str, publication: Publication) -> bool:
+        """Whether a factsheet is of a size and sender that one may have; an empty one was taken back."""
+        if not publication.payload:
+            self._early.pop(robot, None)
+            return False
+        if len(publication.payload) > MAX_PAYLOAD_BYTES:
+            self._inbox.reject(publication.topic, f"{len(publication.payload)} bytes are too many")
+            return False
+        if ROBOT_NAME.fullmatch(robot) is None:
+            self._inbox.reject(publication.topic, "a robot's name is of small letters, digits and _")
+            return False
+        return True
 
     def _follow(self, announced: WorldAnnouncement, *, now: bool) -> None:
         self.packs = announced.packs

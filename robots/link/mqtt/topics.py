@@ -4,7 +4,7 @@ from enum import StrEnum
 
 from pydantic import Field
 
-from robots.wire import Message, ScriptRequest, SetPoint, Telemetry
+from robots.wire import Factsheet, Message, ScriptRequest, SetPoint, Telemetry
 from robots.wire.script import Wire
 
 ROOT = "macta/v1"
@@ -28,6 +28,8 @@ class Channel(StrEnum):
     """Telemetry."""
     CONNECTION = "connection"
     """Whether the robot is connected; retained, and the last will."""
+    FACTSHEET = "factsheet"
+    """What the robot is, retained: a service that starts later reads it."""
 
     @property
     def qos(self) -> int:
@@ -38,6 +40,8 @@ def channel_of(message: Message) -> Channel:
     """The channel for a message, by its kind and its receiver."""
     if isinstance(message.body, Telemetry):
         return Channel.VISUALIZATION
+    if isinstance(message.body, Factsheet):
+        return Channel.FACTSHEET
     if message.receiver == SERVICE:
         return Channel.STATE
     return Channel.ORDER if isinstance(message.body, ScriptRequest) else Channel.INSTANT_ACTIONS

@@ -13,6 +13,7 @@ from app.agents.agent_models import Reception
 from app.core import Core
 from app.domain.mission_organiser import Library, Margin, load_library
 from app.missions.dispatch import ScriptDispatcher
+from app.missions.factsheets import Factsheets
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
@@ -123,7 +124,11 @@ class MissionServices:
         )
         self.changes = WorldChanges(self.core, worlds=files, clocks=clocks, waiting=self.waiting, tags=())
         self.reports = MissionReports(
-            self.core, waiting=self.waiting, plausibility=plausibility, changes=self.changes
+            self.core,
+            waiting=self.waiting,
+            plausibility=plausibility,
+            changes=self.changes,
+            factsheets=Factsheets(self.core, worlds=files, clocks=clocks, changes=self.changes),
         )
         self.lost = LostRobots(
             self.core, clocks=clocks, board=self.board, waiting=self.waiting, wall_clock=wall_clock

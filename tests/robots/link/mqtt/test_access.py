@@ -31,7 +31,7 @@ from tests.waiting import until
 pytestmark = needs_mosquitto
 USERS = {user: f"{user}s-secret" for user in ("service", "fleet", "auditor", *ROBOTS)}
 TO_ROBOTS = ("order", "instantActions")
-OF_ROBOTS = ("state", "visualization", "connection")
+OF_ROBOTS = ("state", "visualization", "connection", "factsheet")
 ALLOWED = [
     *(("service", f"fred/{channel}") for channel in TO_ROBOTS),
     *(("fleet", f"fred/{channel}") for channel in OF_ROBOTS),
