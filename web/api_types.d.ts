@@ -17,6 +17,12 @@ interface World {
   status_detail?: string;
 }
 
+/** An area of the floor with its rule: named, keep_out, one_robot or slow. */
+interface Zone extends Floor {
+  rule: string;
+  max_speed_m_s?: number | null;
+}
+
 interface Floor {
   name: string;
   x: Point;
@@ -42,7 +48,7 @@ interface WorldLayout {
   locations?: Place[];
   obstacles?: { at: Point; radius_m: number }[];
   slopes?: Floor[];
-  keep_out?: Floor[];
+  zones?: Zone[];
   robots: { name: string; body: { kind: string } }[];
   link?: unknown;
 }
@@ -54,7 +60,7 @@ interface WorldEdit {
   sample?: { name: string; at: string };
   robot?: { name: string };
   place?: { name: string };
-  area?: Floor;
+  zone?: Zone;
 }
 
 interface WorldEdition {

@@ -61,6 +61,13 @@ class Obstacle(ApiModel):
     radius_m: float
 
 
+class Zone(Floor):
+    """An area of the floor with its rule; a slow one has the speed that robots keep to, m/s."""
+
+    rule: str
+    max_speed_m_s: float | None = None
+
+
 class Sample(ApiModel):
     """A sample and its place at the start; a long one has a length."""
 
@@ -87,7 +94,7 @@ class Layout(ApiModel):
     samples: tuple[Sample, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     slopes: tuple[Floor, ...] = ()
-    keep_out: tuple[Floor, ...] = ()
+    zones: tuple[Zone, ...] = ()
 
     @property
     def berths(self) -> frozenset[str]:

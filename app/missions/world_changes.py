@@ -313,7 +313,7 @@ class WorldChanges:
                 )
 
     def _refuse_needed(self, session: Session, before: WorldFile, edited: EditedWorld) -> None:
-        """Refuse edits of what a running mission still needs, and areas to keep out of with such a place."""
+        """Refuse edits of what a running mission still needs, and zones to keep out of with such a place."""
         closed = edited.world.kept_out.keys() - before.kept_out.keys()
         for mission in self._core.reservations.of_world(session, before.name):
             if needed := sorted(closed & mission.reservation.names):

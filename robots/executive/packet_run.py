@@ -221,7 +221,7 @@ class PacketRun:
     def _move(self, percepts: Percepts, step_s: float, missing: list[Verdict]) -> Outcome:
         profile = self._profile
         guard = self._guard
-        manoeuvre = guard.manoeuvre(percepts, step_s, profile.speed_m_s, profile.turn_rad_s)
+        manoeuvre = guard.manoeuvre(percepts, step_s, profile.speed_at(percepts.pose), profile.turn_rad_s)
         if manoeuvre is not None:
             return Outcome(motion=manoeuvre)
         if self.content.retries is not None:
@@ -237,7 +237,7 @@ class PacketRun:
 
     def _act(self, patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Outcome:
         responses = respond(patterns, percepts)
-        speed_m_s = min(self._profile.speed_m_s, self.content.max_velocity_m_s)
+        speed_m_s = min(self._profile.speed_at(percepts.pose), self.content.max_velocity_m_s)
         wanted = motion(responses.resultant, speed_m_s=speed_m_s, turn_rad_s=self._profile.turn_rad_s)
         if self._filter is not None and self.state is PacketState.RUNNING:
             limits = Velocity(speed_m_s, self._profile.turn_rad_s)

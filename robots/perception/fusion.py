@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from robots.perception.health import Defect
-from robots.perception.keep_out import BORDER_RADIUS_M, Borders
 from robots.perception.localisation import Localiser
 from robots.perception.obstacles import NO_OBSTACLE, ROBOT, ObstacleCollector, Obstacles
 from robots.perception.percepts import LOCATING, REMEMBERED_S, Percepts
 from robots.perception.recognition import by_infra_red, by_touch, by_whiskers
 from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import ObjectTracking, Observation
+from robots.perception.zones import BORDER_RADIUS_M, Borders
 from robots.physical.body import NOTHING_MEASURED, RADIUS_M, Pose, Sensor
 from robots.physical.geometry import to_robot
 from robots.physical.profile import RobotProfile
@@ -41,7 +41,7 @@ class Perception:
         self._profile = profile
         self.localiser = Localiser(profile.start, profile.beacons)
         self._tracking = ObjectTracking()
-        self._borders = Borders(profile.keep_out)
+        self._borders = Borders(profile.keep_out, profile.one_robot)
         self._bump: Bump | None = None
         self._in_view: Sightings | None = None
         self._looked_s = 0.0
@@ -137,12 +137,19 @@ class Perception:
         if ranges_m is None:
             return solid, None
         collector.add_hits(ranges_m, self._profile.whisker_least_m)
-        for at in self._borders.near(pose):
+        for at in self._borders.near(pose, self._fellows(now_s)):
             collector.add(at, BORDER_RADIUS_M)
         if self._bump is not None and now_s - self._bump.felt_s <= REMEMBERED_S:
             # NOTE: it may be below the whiskers' plane.
             collector.add(to_robot(pose, self._bump.at), BUMP_RADIUS_M)
         return solid, collector.collected()
+
+    def _fellows(self, now_s: float) -> Iterator[complex]:
+        """Where other robots are, or were last seen not long ago."""
+        for name in self._profile.others:
+            cursor = self._tracking.cursors.get(name)
+            if cursor is not None and now_s - cursor.seen_s <= REMEMBERED_S:
+                yield cursor.at
 
     def _length_m(self, thing: str, held: str | None) -> float:
         """The length that `ObstacleCollector` takes for the body."""

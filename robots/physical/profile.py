@@ -6,10 +6,14 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from math import pi
 
-from robots.physical.body import ALL_SENSORS, Pose
+from robots.physical.body import ALL_SENSORS, RADIUS_M, Pose
 
 STAND_OFF_M = 0.8
 """`near` a location: on its beacon's emitting axis, this far from the beacon's floor point, facing it."""
+
+
+Area = tuple[float, float, float, float]
+"""A rectangle of the floor: least x, greatest x, least y, greatest y, metres, world frame."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +63,12 @@ class RobotProfile:
     lengths_m: Mapping[str, float] = field(default_factory=dict)
     round_trip_s: float = 0.0
     samples: frozenset[str] | None = None
-    keep_out: tuple[tuple[float, float, float, float], ...] = ()
-    """Areas that it does not enter: least x, greatest x, least y, greatest y, metres, world frame."""
+    keep_out: tuple[Area, ...] = ()
+    """Areas that it does not enter."""
+    one_robot: tuple[Area, ...] = ()
+    """Areas that it does not enter while it sees another robot in them."""
+    slow: tuple[tuple[Area, float], ...] = ()
+    """Areas with the speed that it keeps to in them, m/s."""
     places: Mapping[str, BeaconSpec] = field(init=False)
     fellows: frozenset[str] = field(init=False)
     """`others` as a set."""
@@ -74,3 +82,13 @@ class RobotProfile:
         spot = BeaconSpec(x_m=ahead.real, y_m=ahead.imag, approach_rad=(self.start.heading_rad + pi,))
         object.__setattr__(self, "fellows", frozenset(self.others))
         object.__setattr__(self, "places", {f"{self.name}_spot": spot, **self.beacons})
+
+    def speed_at(self, pose: Pose) -> float:
+        """Its full speed there, m/s: in a slow area, as soon as its hull is, no more than the area's."""
+        limits = (
+            limit_m_s
+            for (left, right, low, high), limit_m_s in self.slow
+            if left - RADIUS_M <= pose.x_m <= right + RADIUS_M
+            and low - RADIUS_M <= pose.y_m <= high + RADIUS_M
+        )
+        return min((self.speed_m_s, *limits))

@@ -34,7 +34,7 @@ class JointWayOn(Stimulus, needs=SURROUNDINGS):
             return None
         middle = self.cruise * clip(guidance.advance_m / self.full_m)
         turn_rad_s = self.turn_rad_s * clip(guidance.turn_rad / self.full_rad)
-        return clip(middle - turn_rad_s * whole.offset_m / percepts.profile.speed_m_s)
+        return clip(middle - turn_rad_s * whole.offset_m / percepts.profile.speed_at(percepts.pose))
 
 
 class JointWayRound(Stimulus, needs=SURROUNDINGS):

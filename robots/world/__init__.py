@@ -8,7 +8,6 @@ from robots.world.load import WorldFileError, load_world, named_worlds, read_wor
 from robots.world.parts import (
     Compartment,
     Delivery,
-    KeepOut,
     Location,
     Obstacle,
     Opening,
@@ -18,6 +17,8 @@ from robots.world.parts import (
     Wall,
     WorldFact,
     WorldNumber,
+    Zone,
+    ZoneRule,
 )
 from robots.world.radio import Contact, LinkSpec, Outage
 
@@ -26,7 +27,6 @@ __all__ = [
     "Contact",
     "Delivery",
     "Edition",
-    "KeepOut",
     "LinkSpec",
     "Location",
     "Obstacle",
@@ -42,6 +42,8 @@ __all__ = [
     "WorldFile",
     "WorldFileError",
     "WorldNumber",
+    "Zone",
+    "ZoneRule",
     "digest_of",
     "generate_world",
     "load_world",

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from itertools import chain, combinations, takewhile
 from math import dist
-from typing import Self
+from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -17,7 +17,6 @@ from robots.world.parts import (
     Aisle,
     Compartment,
     Delivery,
-    KeepOut,
     Location,
     Name,
     Obstacle,
@@ -28,6 +27,8 @@ from robots.world.parts import (
     Wall,
     WorldFact,
     WorldNumber,
+    Zone,
+    ZoneRule,
 )
 from robots.world.radio import LinkSpec
 from robots.world.slopes import overlapping
@@ -44,7 +45,7 @@ class WorldFile(Checked):
     compartments: tuple[Compartment, ...] = Field(min_length=1)
     walls: tuple[Wall, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
-    keep_out: tuple[KeepOut, ...] = ()
+    zones: tuple[Zone, ...] = ()
     slopes: tuple[Slope, ...] = ()
     locations: tuple[Location, ...] = Field(min_length=1)
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
@@ -53,6 +54,17 @@ class WorldFile(Checked):
     facts: tuple[WorldFact, ...] = ()
     numbers: tuple[WorldNumber, ...] = ()
     link: LinkSpec = LinkSpec()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_earlier_areas(cls, data: Any) -> Any:
+        """Take the `keep_out` areas of earlier versions, as snapshots and records have them, as zones."""
+        areas = data.get("keep_out") if isinstance(data, dict) else None
+        if not isinstance(areas, list) or not all(isinstance(area, dict) for area in areas):
+            return data
+        zones = [{**area, "rule": ZoneRule.KEEP_OUT} for area in areas]
+        rest = {name: value for name, value in data.items() if name != "keep_out"}
+        return {**rest, "zones": [*rest.get("zones", ()), *zones]}
 
     @cached_property
     def simulated(self) -> tuple[RobotSpec, ...]:
@@ -88,13 +100,17 @@ class WorldFile(Checked):
 
     @cached_property
     def kept_out(self) -> Mapping[str, str]:
-        """Place in an area that robots stay out of → the area."""
+        """Place in a zone that robots keep out of → the zone."""
         return {
-            place.name: area.name
-            for area in self.keep_out
+            place.name: zone.name
+            for zone in self.zones_of(ZoneRule.KEEP_OUT)
             for place in self.places
-            if area.contains(place.at)
+            if zone.contains(place.at)
         }
+
+    def zones_of(self, rule: ZoneRule) -> tuple[Zone, ...]:
+        """The zones with this rule."""
+        return tuple(zone for zone in self.zones if zone.rule is rule)
 
     @cached_property
     def initial_places(self) -> Mapping[str, str]:
@@ -176,7 +192,7 @@ class WorldFile(Checked):
             self.compartments,
             aisles,
             self.obstacles,
-            self.keep_out,
+            self.zones,
             self.slopes,
             self.locations,
             self.robots,

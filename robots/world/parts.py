@@ -4,6 +4,7 @@ Metres, degrees where the name says so. World frame: x to the east, y to the nor
 from east.
 """
 
+from enum import StrEnum
 from math import hypot
 from typing import Annotated, Literal, Self
 
@@ -33,6 +34,8 @@ ON_BORDER_M = 0.05
 """A point this far outside an area still lies on its border; locations nearer than this coincide."""
 SHORTEST_M = 0.7
 """The least length of a long object: two robots grip it side by side."""
+SLOWEST_M_S = 0.05
+"""The least speed limit of a zone: below it a robot could not tell that it moves."""
 NARROWEST_PITCH_M = 0.45
 """The least pitch of berths: nearer ones a robot could not tell apart."""
 
@@ -201,6 +204,11 @@ class Rectangle(Checked):
         """True inside or on the border."""
         return self.x[0] <= point[0] <= self.x[1] and self.y[0] <= point[1] <= self.y[1]
 
+    def grown(self, by_m: float) -> "Rectangle":
+        """The same and what lies within `by_m` of its sides."""
+        (left, right), (low, high) = self.x, self.y
+        return Rectangle(name=self.name, x=(left - by_m, right + by_m), y=(low - by_m, high + by_m))
+
     @model_validator(mode="after")
     def _has_an_extent(self) -> Self:
         for axis, (low, high) in (("x", self.x), ("y", self.y)):
@@ -209,11 +217,30 @@ class Rectangle(Checked):
         return self
 
 
-class KeepOut(Rectangle):
-    """An area that robots stay out of and where nothing is put or taken.
+class ZoneRule(StrEnum):
+    """What holds within a zone."""
 
-    Robots know it: its border is an obstacle to them. One that is inside may leave.
-    """
+    NAMED = "named"
+    """Nothing: goals name it."""
+    KEEP_OUT = "keep_out"
+    """Robots stay out, and nothing is put or taken there. One that is inside may leave."""
+    ONE_ROBOT = "one_robot"
+    """At most one robot is inside at a time."""
+    SLOW = "slow"
+    """Robots inside keep to the zone's `max_speed_m_s`."""
+
+
+class Zone(Rectangle):
+    """A named area of the floor with its rule. Goals name its places by it, and robots have it on their map."""
+
+    rule: ZoneRule = ZoneRule.NAMED
+    max_speed_m_s: float | None = Field(default=None, ge=SLOWEST_M_S, le=2)
+
+    @model_validator(mode="after")
+    def _limits_the_speed_if_slow(self) -> Self:
+        if (self.rule is ZoneRule.SLOW) != (self.max_speed_m_s is not None):
+            raise ValueError(f"{self.name}: max_speed_m_s is of zones with the rule slow, and only of those")
+        return self
 
 
 class Slope(Rectangle):

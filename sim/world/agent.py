@@ -8,7 +8,7 @@ from robots.clock import Clock
 from robots.executive.memory import RobotMemory
 from robots.link import Link
 from robots.physical.body import Body, Pose
-from robots.world import KeepOut, Location, RobotSpec
+from robots.world import Location, RobotSpec, Zone
 
 
 class Agent(Protocol):
@@ -27,15 +27,15 @@ class HasMemory(Protocol):
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSetup:
     """What an agent is made with: its spec, the locations of its reach, the names of the other robots and of the known
-    samples, the areas to keep out of, the lengths of long samples, the pose it is told, its radio's round trip, its
-    interfaces, the memory it resumes with, and the number of the world's edition.
+    samples, the zones, the lengths of long samples, the pose it is told, its radio's round trip, its interfaces, the
+    memory it resumes with, and the number of the world's edition.
     """
 
     spec: RobotSpec
     reach: tuple[Location, ...]
     others: tuple[str, ...]
     samples: frozenset[str]
-    keep_out: tuple[KeepOut, ...]
+    zones: tuple[Zone, ...]
     lengths_m: Mapping[str, float]
     told: Pose
     round_trip_s: float

@@ -1,15 +1,16 @@
 """Makes the on-robot software for simulated bodies, with no more knowledge than a real robot has."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cache, partial
 from math import radians
 from pathlib import Path
 
 from robots.executive.agent import BehaviouralAgent
 from robots.physical.body import ALL_SENSORS
-from robots.physical.profile import Architecture, BeaconSpec, RobotProfile
+from robots.physical.profile import Architecture, Area, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire, read_repertoire
 from robots.wire import Factsheet
+from robots.world import Zone, ZoneRule
 from sim.world.agent import AgentFactory, AgentSetup
 
 
@@ -54,7 +55,9 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         sensors=ALL_SENSORS | {sensor.kind for sensor in spec.sensors if sensor.takes_images},
         whisker_least_m=spec.whisker_least_m,
         samples=setup.samples,
-        keep_out=tuple((*area.x, *area.y) for area in setup.keep_out),
+        keep_out=tuple(areas_of(setup.zones, ZoneRule.KEEP_OUT)),
+        one_robot=tuple(areas_of(setup.zones, ZoneRule.ONE_ROBOT)),
+        slow=tuple(((*zone.x, *zone.y), zone.max_speed_m_s) for zone in setup.zones if zone.max_speed_m_s),
         lengths_m=setup.lengths_m,
         round_trip_s=setup.round_trip_s,
     )
@@ -77,3 +80,8 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
             edition=setup.edition,
         ),
     )
+
+
+def areas_of(zones: Sequence[Zone], rule: ZoneRule) -> Iterator[Area]:
+    """The rectangles of the zones with this rule."""
+    return ((*zone.x, *zone.y) for zone in zones if zone.rule is rule)

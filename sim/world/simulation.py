@@ -307,7 +307,7 @@ class Simulation:
             reach=self.world.reach_of(spec),
             others=tuple(other for other in self.bodies if other != spec.name),
             samples=frozenset(one.name for one in self.world.samples),
-            keep_out=self.world.keep_out,
+            zones=self.world.zones,
             lengths_m=self.world.lengths_m,
             told=self._placement.told[spec.name],
             round_trip_s=self.world.link_of(spec).round_trip_s,

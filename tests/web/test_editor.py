@@ -62,7 +62,7 @@ def test_a_place_is_dragged_a_sample_added_and_one_removed_together(
     assert removed == {"edit": "remove_sample", "name": "sample_1"}
 
 
-def test_an_area_that_is_drawn_is_closed(editing: "Page", service: FakeService) -> None:
+def test_a_zone_that_is_drawn_is_made_with_the_chosen_rule(editing: "Page", service: FakeService) -> None:
     from playwright.sync_api import expect
 
     def corner(place: str) -> tuple[float, float]:
@@ -70,20 +70,24 @@ def test_an_area_that_is_drawn_is_closed(editing: "Page", service: FakeService) 
         assert box is not None
         return box["x"] + 1.5 * box["width"], box["y"] + box["height"] / 2
 
+    editing.get_by_label("Name of the next zone").fill("loading_bay")
+    editing.get_by_label("Rule of the next zone").select_option("slow")
+    editing.get_by_label("Speed in the next zone, m/s").fill("0.25")
     editing.mouse.move(*corner("bay_7"))  # its mark is 0.48 m wide
     editing.mouse.down()
     editing.mouse.move(*corner("bay_8"))
     x, y = corner("bay_8")
     editing.mouse.move(x + 40, y, steps=3)
     editing.mouse.up()
-    expect(editing.get_by_test_id("edits")).to_contain_text("close area closed_1")
+    expect(editing.get_by_test_id("edits")).to_contain_text("add zone loading_bay: at most 0.25 m/s")
     editing.get_by_test_id("edit-reason").fill("a spill")
     editing.get_by_test_id("edit-make").click()
-    expect(editing.get_by_test_id("changes")).to_contain_text("close area closed_1")
-    (closed,) = service.changes[0]["edits"]
-    assert closed["edit"] == "add_keep_out"
-    assert closed["area"]["y"] == pytest.approx([5.2, 6.6], abs=0.1)
-    assert closed["area"]["x"][0] == pytest.approx(4.5 + 0.48, abs=0.1)
+    expect(editing.get_by_test_id("changes")).to_contain_text("add zone loading_bay")
+    (made,) = service.changes[0]["edits"]
+    assert made["edit"] == "add_zone"
+    assert (made["zone"]["rule"], made["zone"]["max_speed_m_s"]) == ("slow", 0.25)
+    assert made["zone"]["y"] == pytest.approx([5.2, 6.6], abs=0.1)
+    assert made["zone"]["x"][0] == pytest.approx(4.5 + 0.48, abs=0.1)
 
 
 def test_a_change_is_undone_once(editing: "Page", service: FakeService) -> None:

@@ -33,8 +33,8 @@ def draw_building(scene: viser.SceneApi, layout: Layout, theme: palette.Theme) -
             _draw_floor(scene, f"/{compartment.name}/{aisle.name}", aisle, theme.aisles[number % 2], 0.004)
     for slope in layout.slopes:
         _draw_floor(scene, f"/slopes/{slope.name}", slope, theme.slope, 0.006)
-    for area in layout.keep_out:
-        _draw_floor(scene, f"/keep_out/{area.name}", area, theme.keep_out, 0.008)
+    for number, zone in enumerate(layout.zones):
+        _draw_floor(scene, f"/zones/{zone.name}", zone, theme.zones[zone.rule], 0.008 + 0.0005 * number)
     _draw_walls(scene, layout.walls)
     _draw_obstacles(scene, layout.obstacles)
     if layout.locations:

@@ -1,6 +1,6 @@
 """The view's colours (red, green, blue, 0 to 255): muted for the building, strong for what moves."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +13,13 @@ Colour = tuple[int, int, int]
 class Theme:
     """The colours that depend on the page's theme.
 
-    Neighbouring floors have the first and the second colour in turn; so do neighbouring aisles.
+    Neighbouring floors have the first and the second colour in turn; so do neighbouring aisles. `zones`: by rule.
     """
 
     floors: tuple[Colour, Colour]
     aisles: tuple[Colour, Colour]
     slope: Colour
-    keep_out: Colour
+    zones: Mapping[str, Colour]
     trim: Colour
 
 
@@ -27,14 +27,24 @@ LIGHT = Theme(
     floors=((206, 211, 205), (194, 203, 208)),
     aisles=((205, 208, 196), (192, 204, 205)),
     slope=(211, 201, 180),
-    keep_out=(222, 170, 164),
+    zones={
+        "named": (190, 208, 190),
+        "keep_out": (222, 170, 164),
+        "one_robot": (196, 184, 222),
+        "slow": (226, 208, 150),
+    },
     trim=(46, 52, 54),
 )
 DARK = Theme(
     floors=((58, 66, 70), (50, 60, 68)),
     aisles=((66, 74, 70), (54, 70, 72)),
     slope=(78, 72, 60),
-    keep_out=(112, 58, 58),
+    zones={
+        "named": (62, 84, 70),
+        "keep_out": (112, 58, 58),
+        "one_robot": (82, 70, 110),
+        "slow": (104, 90, 46),
+    },
     trim=(176, 184, 186),
 )
 WALL: Colour = (120, 128, 126)

@@ -65,7 +65,7 @@ def _issues_now(
     issues = check_goals(goals, world, facts, knowledge_base)
     if len(set(constraints.stages)) > 1:
         issues = tuple(map(_at_the_end, issues))
-    if not (constraints or world.keep_out) or any(issue.kind == "invalid" for issue in issues):
+    if not (constraints or world.kept_out) or any(issue.kind == "invalid" for issue in issues):
         return issues
     against = check_constraints(constraints, goals, world, facts)
     if against or blocking(issues):

@@ -14,7 +14,7 @@ from app.domain.world_model.berths import berths_of
 from app.domain.world_model.reservation import Reservation, filled_by, is_withheld, taken_by
 from planner import Fact, PlanNet
 from robots.wire import SymbolicFact
-from robots.world import WorldFile
+from robots.world import WorldFile, ZoneRule
 
 Name = Annotated[str, Field(min_length=1, max_length=64)]
 Names = tuple[Name, ...]
@@ -77,8 +77,8 @@ class Constraints(BaseModel):
         return tuple(f"{said} {joined(names, last='and')}" for said, names in parts if names)
 
     def in_world(self, world: WorldFile) -> "AppliedConstraints":
-        """The constraints on the robots and places of this world, and those of its areas to keep out of."""
-        areas = tuple(area.name for area in world.keep_out)
+        """The constraints on the robots and places of this world, and those of its zones to keep out of."""
+        areas = tuple(zone.name for zone in world.zones_of(ZoneRule.KEEP_OUT))
         return AppliedConstraints(
             excluded=frozenset(robot.name for robot in world.robots if not self._allows(robot.name)),
             avoided=_places(self.avoid, world).union(world.kept_out),
@@ -233,7 +233,7 @@ def _contradictions(
 
 def _why_avoided(places: Iterable[str], world: WorldFile) -> str:
     areas = sorted({world.kept_out[place] for place in places if place in world.kept_out})
-    return f"is in {areas[0]}, an area to keep out of" if areas else "is to be avoided"
+    return f"is in {areas[0]}, a zone to keep out of" if areas else "is to be avoided"
 
 
 def _stands(robot: str, goal: SymbolicFact, facts: Facts) -> bool:

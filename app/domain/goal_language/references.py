@@ -14,7 +14,7 @@ from app.domain.goal_language.words import joined, name_in, natural_key
 from app.domain.world_model.beliefs import NEAR, REACHES, ROBOT_POSITION, Facts, occupants, place_of
 from app.domain.world_model.berths import berths_of
 from robots.world import WorldFile
-from robots.world.parts import Aisle
+from robots.world.parts import Aisle, Rectangle
 
 PRONOUNS = frozenset({(), ("sample",), ("it",), ("one",)})
 """Words for a sample that is told by where it lies."""
@@ -25,7 +25,7 @@ LONG = "long"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
-    """Where things are said to be: a location, a berth, an aisle or a compartment.
+    """Where things are said to be: a location, a berth, an aisle, a compartment or a zone.
 
     :param places: its places.
     """
@@ -115,15 +115,15 @@ class References:
             return place
         return Origin(name=place, places=berths_of(place, self.world) or (place,))
 
-    def _areas(self) -> dict[str, Aisle]:
-        return {
-            area.name: area
-            for compartment in self.world.compartments
-            for area in (compartment, *compartment.aisles)
-        }
+    def _areas(self) -> dict[str, Aisle | Rectangle]:
+        """The compartments, their aisles and the zones, by name."""
+        areas: list[Aisle | Rectangle] = [
+            area for compartment in self.world.compartments for area in (compartment, *compartment.aisles)
+        ]
+        return {area.name: area for area in [*areas, *self.world.zones]}
 
     def _area(self, phrase: Phrase) -> Origin | None:
-        """The aisle or compartment of that name with its places; None if the phrase names none."""
+        """The area of that name with its places; None if the phrase names none."""
         areas = self._areas()
         name = name_in(phrase.words, areas)
         if name not in areas or phrase.quantity is not Quantity.NAMED:
@@ -235,7 +235,7 @@ class References:
             return self._quantified(phrase, fitting, kind or "place", where)
         if origin is None and (area := self._area(phrase)) is not None:
             return self._locations_in(area)
-        place = self.place(phrase, self.locations)
+        place = self.place(phrase, (*self.locations, *self._areas()) if origin is None else self.locations)
         return place if isinstance(place, Clarification) else (place,)
 
     def lying_in(self, location: str) -> frozenset[str]:

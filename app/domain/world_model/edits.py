@@ -33,12 +33,12 @@ from app.domain.world_model.initial import initial_facts
 from app.domain.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.data import Checked
-from robots.world import Delivery, KeepOut, LinkSpec, Location, RobotSpec, Sample, WorldFile
+from robots.world import Delivery, LinkSpec, Location, RobotSpec, Sample, WorldFile, Zone, ZoneRule
 from robots.world.bodies import BodySpec
 from robots.world.parts import Architecture, Name, Sonar, Speed, Start, Tag, Tuning, TurnRate
 from robots.world.sensors import SensorSpec
 
-Part = TypeVar("Part", Sample, RobotSpec, Location, KeepOut, Delivery)
+Part = TypeVar("Part", Sample, RobotSpec, Location, Zone, Delivery)
 STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, OWN_SPOT, REACHES})
 """Predicates of what follows from the world alone."""
 
@@ -292,37 +292,41 @@ class RemovePlace(EditOfOne):
         return Edited(without, self, AddPlace(place=place))
 
 
-class AddKeepOut(WorldEdit):
-    """An area that robots stay out of from now on; one that is inside may leave."""
+class AddZone(WorldEdit):
+    """An area that goals can name, and whose rule holds from now on. A robot that is inside may leave."""
 
-    edit: Literal["add_keep_out"] = "add_keep_out"
-    area: KeepOut
-
-    def __str__(self) -> str:
-        return f"closed {self.area.name}"
-
-    def apply(self, world: WorldFile, facts: Facts) -> Edited:
-        _refuse_name_in_use(self.area.name, world)
-        areas = (*world.keep_out, self.area)
-        return Edited(changed(world, keep_out=areas), self, RemoveKeepOut(name=self.area.name))
-
-
-class RemoveKeepOut(EditOfOne):
-    """Robots may enter an area again."""
-
-    edit: Literal["remove_keep_out"] = "remove_keep_out"
-
-    @property
-    def touched(self) -> frozenset[str]:
-        return frozenset()  # no mission needs what it may not enter
+    edit: Literal["add_zone"] = "add_zone"
+    zone: Zone
 
     def __str__(self) -> str:
-        return f"opened {self.name}"
+        return f"{_DONE[self.zone.rule]} {self.zone.name}"
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
-        area = _known("keep-out area", self.name, world.keep_out)
-        areas = _without(self.name, world.keep_out)
-        return Edited(changed(world, keep_out=areas), self, AddKeepOut(area=area))
+        _refuse_name_in_use(self.zone.name, world)
+        zones = (*world.zones, self.zone)
+        return Edited(changed(world, zones=zones), self, RemoveZone(name=self.zone.name))
+
+
+class RemoveZone(EditOfOne):
+    """An area loses its name, and its rule no longer holds."""
+
+    edit: Literal["remove_zone"] = "remove_zone"
+
+    def __str__(self) -> str:
+        return f"removed {self.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        zone = _known("zone", self.name, world.zones)
+        zones = _without(self.name, world.zones)
+        return Edited(changed(world, zones=zones), self, AddZone(zone=zone))
+
+
+_DONE = {
+    ZoneRule.NAMED: "named",
+    ZoneRule.KEEP_OUT: "closed",
+    ZoneRule.ONE_ROBOT: "limited to one robot",
+    ZoneRule.SLOW: "slowed",
+}
 
 
 AnyEdit = Annotated[
@@ -334,8 +338,8 @@ AnyEdit = Annotated[
     | AddPlace
     | MovePlace
     | RemovePlace
-    | AddKeepOut
-    | RemoveKeepOut,
+    | AddZone
+    | RemoveZone,
     Field(discriminator="edit"),
 ]
 
@@ -451,7 +455,8 @@ def _refuse_name_in_use(name: str, world: WorldFile) -> None:
         world.compartments,
         aisles,
         world.obstacles,
-        world.keep_out,
+        world.zones,
+        world.slopes,
         world.locations,
         world.places,
         world.robots,

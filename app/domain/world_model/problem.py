@@ -1,13 +1,14 @@
 """The planning problem from the world model: objects, facts, and the distances and speeds for durations."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from app.domain.world_model.beliefs import OBJECT_POSITION, OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
 from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
 from planner import Fact, KnowledgeBase, PlanningProblem
-from robots.world import Slope, WorldFile
-from robots.world.slopes import level_way_m
+from robots.world import WorldFile, ZoneRule
+from robots.world.file import ROBOT_WIDTH_M
+from robots.world.slopes import Paced, level_way_m
 
 ROBOT = "robot"
 LOCATION = "location"
@@ -57,7 +58,7 @@ def planning_problem(
         ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
     }
     # Distances come from all facts, for a robot may drive off a reserved place.
-    functions |= _distances(_points(world, spots or {}), _ways(facts), world.slopes)
+    functions |= _distances(_points(world, spots or {}), _ways(facts), world)
     unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
     return PlanningProblem(
         objects={name: kind for name, kind in objects.items() if name not in unused},
@@ -89,13 +90,26 @@ def _ways(facts: Facts) -> Mapping[str, set[str]]:
 
 
 def _distances(
-    points: Mapping[str, Point], ways: Mapping[str, set[str]], slopes: Sequence[Slope]
+    points: Mapping[str, Point], ways: Mapping[str, set[str]], world: WorldFile
 ) -> dict[tuple[str, tuple[str, ...]], float]:
-    """The straight distances in metres of level ground, both ways: slopes count by the time that they take."""
+    """The straight distances in metres of level ground, both ways: slopes and slow zones count by the time that they
+    take."""
+    limited = tuple(_limited(world))
     distances: dict[tuple[str, tuple[str, ...]], float] = {}
     for one in sorted(ways.keys() & points.keys()):
         for other in sorted(ways[one] & points.keys()):
             if one < other:
-                distance_m = round(level_way_m(points[one], points[other], slopes), 3)
+                distance_m = round(level_way_m(points[one], points[other], world.slopes, limited), 3)
                 distances["distance_m", (one, other)] = distances["distance_m", (other, one)] = distance_m
     return distances
+
+
+def _limited(world: WorldFile) -> Iterator[Paced]:
+    """The slow zones, and the share of its speed that the fastest robot keeps in each, from when its hull is inside.
+
+    NOTE: one function gives the distances of all robots, so the time of slower ones is over-estimated.
+    """
+    fastest_m_s = max(robot.speed_m_s for robot in world.robots)
+    for zone in world.zones_of(ZoneRule.SLOW):
+        if zone.max_speed_m_s is not None and zone.max_speed_m_s < fastest_m_s:
+            yield zone.grown(ROBOT_WIDTH_M / 2), zone.max_speed_m_s / fastest_m_s

@@ -389,15 +389,15 @@ def test_a_service_goes_on_with_the_changed_world_until_it_gets_another_file(
 def test_nothing_is_planned_in_an_area_to_keep_out_of_until_it_is_opened(
     api: TestClient, follow: Follow
 ) -> None:
-    spill = {"name": "spill", "x": [4.0, 5.0], "y": [4.5, 6.0]}  # around bay_7
-    made = changed(api, {"edit": "add_keep_out", "area": spill})
+    spill = {"name": "spill", "x": [4.0, 5.0], "y": [4.5, 6.0], "rule": "keep_out"}  # around bay_7
+    made = changed(api, {"edit": "add_zone", "zone": spill})
     refused = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"})
     assert refused.status_code == 422
-    assert "bay_7, which is in spill, an area to keep out of" in refused.json()["detail"]
+    assert "bay_7, which is in spill, a zone to keep out of" in refused.json()["detail"]
     checked = api.post("/v1/goals:check", json={"text": "move sample_4 to any bay of aisle_2"}).json()
     assert [goal["args"][1] for goal in checked["goals"]] == ["bay_8"]
     undone = api.post(f"{CHANGES}/{made['edition']}:undo").json()
-    assert undone["edits"] == [{"edit": "remove_keep_out", "name": "spill"}]
+    assert undone["edits"] == [{"edit": "remove_zone", "name": "spill"}]
     assert follow(stated(api, "move sample_1 to bay_7"), "planned", "unsolvable")["state"] == "planned"
 
 
@@ -407,7 +407,8 @@ def test_an_area_with_a_place_that_a_mission_needs_is_refused(
     team.faults.silent.add("store_2")
     plan = follow(stated(api, "move sample_1 to bay_7"), "planned")["plan_id"]
     mission = api.post(f"/v1/plans/{plan}:approve", json={}).json()["mission_id"]
-    edit = {"edit": "add_keep_out", "area": {"name": "spill", "x": [4.0, 5.0], "y": [4.5, 6.0]}}
+    spill = {"name": "spill", "x": [4.0, 5.0], "y": [4.5, 6.0], "rule": "keep_out"}
+    edit = {"edit": "add_zone", "zone": spill}
     refused = change(api, edit)
     assert (refused.status_code, refused.json()["thing"]) == (409, "bay_7")
     assert mission in refused.json()["detail"]

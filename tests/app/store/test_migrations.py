@@ -1,6 +1,7 @@
 """Migrations: an old record comes up to date with its rows, and the tables are what the code says."""
 
 from collections.abc import Callable, Iterator
+from json import dumps
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import inspect, text
+from sqlalchemy import JSON, inspect, text
 
 from app.domain.errors import Invalid
 from app.store import Base, Database
@@ -132,6 +133,45 @@ def test_goals_that_waited_in_submitted_become_waiting_and_back(database_url: st
         }
         command.downgrade(migration_config(connection), "0012")
         assert set(connection.execute(text("SELECT state FROM goals")).scalars()) == {"submitted"}
+    record.close()
+
+
+def test_areas_to_keep_out_of_become_zones_and_back(database_url: str) -> None:
+    record = Database(database_url)
+    area = {"name": "spill", "x": [0, 2], "y": [0, 2]}
+    zone = {**area, "rule": "keep_out", "max_speed_m_s": None}
+    edition = {
+        "document": {"name": "lab", "keep_out": [area]},
+        "edits": [{"edit": "add_keep_out", "area": area}, {"edit": "remove_robot", "name": "fred"}],
+        "undo": [{"edit": "remove_keep_out", "name": "spill"}],
+    }
+    insert = (
+        "INSERT INTO world_editions (world, edition, document, file_digest, edits, undo, actor, reason, at_s, made_at, "
+        "delivery, detail) VALUES ('lab', 1, :document, '', :edits, :undo, 'me', '', 0, '', 'taken_up', '')"
+    )
+    read = text("SELECT document, edits, undo FROM world_editions").columns(
+        document=JSON, edits=JSON, undo=JSON
+    )
+    with record.engine.connect() as connection:
+        command.upgrade(migration_config(connection), "0023")
+        layout = dumps(edition["document"])
+        connection.execute(
+            text(
+                "INSERT INTO worlds (id, title, layout, version, releases) VALUES ('lab', '', :layout, 1, 0)"
+            ),
+            {"layout": layout},
+        )
+        connection.execute(text(insert), {name: dumps(value) for name, value in edition.items()})
+        connection.commit()
+        command.upgrade(migration_config(connection), "0024")
+        row = connection.execute(read).one()
+        assert row.document == {"name": "lab", "zones": [zone]}
+        assert row.edits == [{"edit": "add_zone", "zone": zone}, {"edit": "remove_robot", "name": "fred"}]
+        assert row.undo == [{"edit": "remove_zone", "name": "spill"}]
+        shown = connection.execute(text("SELECT layout FROM worlds").columns(layout=JSON)).scalar_one()
+        assert shown == {"name": "lab", "zones": [zone]}
+        command.downgrade(migration_config(connection), "0023")
+        assert connection.execute(read).one()._asdict() == edition
     record.close()
 
 

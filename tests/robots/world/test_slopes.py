@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.world import Slope
+from robots.world.parts import Rectangle
 from robots.world.slopes import level_way_m, pace_at
 from tests.robots.world.test_file import refusal
 
@@ -19,6 +20,13 @@ def test_the_part_of_a_way_on_a_slope_counts_by_the_time_that_it_takes() -> None
     assert level_way_m((3, 1), (3, 5), [HALF]) == pytest.approx(8)
     assert level_way_m((0, 3), (0, 9), [HALF]) == 6
     assert level_way_m((0, 7), (6, 7), [HALF]) == 6
+
+
+def test_a_limit_counts_beside_the_slopes_pace_and_the_least_of_several() -> None:
+    yard = Rectangle(name="yard", x=(3, 5), y=(0, 6))
+    gate = Rectangle(name="gate", x=(4.5, 5), y=(0, 6))
+    way_m = level_way_m((0, 3), (6, 3), [HALF], [(yard, 0.5), (gate, 0.25)])
+    assert way_m == pytest.approx(2 + 1 / 0.5 + 1 / 0.25 + 0.5 / 0.5 + 0.5 / 0.25 + 1)
 
 
 def test_a_robot_drives_at_the_slopes_pace_on_it() -> None:

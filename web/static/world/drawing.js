@@ -23,7 +23,7 @@ export function createDrawing() {
   let places = new Map();
 
   /** @param {WorldLayout} layout */
-  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [], slopes = [], keep_out: closed = [] }) {
+  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [], slopes = [], zones = [] }) {
     const left = Math.min(...floors.map((floor) => floor.x[0])) - MARGIN_M;
     const top = Math.max(...floors.map((floor) => floor.y[1])) + MARGIN_M;
     width = Math.max(...floors.map((floor) => floor.x[1])) + MARGIN_M - left;
@@ -39,7 +39,7 @@ export function createDrawing() {
       floors.map((floor) => rectangle(floor, "floor")),
       floors.flatMap((floor) => (floor.aisles ?? []).map((aisle) => rectangle(aisle, "aisle"))),
       slopes.map((slope) => rectangle(slope, "slope")),
-      closed.map((area) => rectangle(area, "keep-out")),
+      zones.map(zoneMark),
       locations.map(placeMark),
       walls.map(wall),
       obstacles.map((rock) => svg("circle", { cx: rock.at[0], cy: -rock.at[1], r: rock.radius_m, class: "rock" })),
@@ -142,6 +142,23 @@ function button(kind, name, label, ...marks) {
 /** @param {Floor} floor @param {string} kind */
 function rectangle({ name, x, y }, kind) {
   return svg("rect", { "data-name": name, x: x[0], y: -y[1], width: x[1] - x[0], height: y[1] - y[0], class: kind });
+}
+
+/** What a zone's rule asks of robots, in words. @param {Zone} zone */
+export function ruleInWords({ rule, max_speed_m_s: speed }) {
+  if (rule === "slow") return `at most ${speed} m/s`;
+  return { keep_out: "keep out", one_robot: "one robot" }[rule] ?? "";
+}
+
+/** A zone with its name and rule in its upper left corner. @param {Zone} zone */
+export function zoneMark(zone) {
+  const said = [zone.name, ruleInWords(zone)].filter(Boolean).join(": ");
+  return svg(
+    "g",
+    { class: `zone ${zone.rule}`, "data-name": zone.name },
+    rectangle(zone, "zone-area"),
+    svg("text", { x: zone.x[0] + 0.06, y: -zone.y[1], dy: "1.1em", class: "map-name zone-name" }, said),
+  );
 }
 
 /** @param {string} content @param {number} x @param {number} y @param {string | null} dy */

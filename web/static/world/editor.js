@@ -1,11 +1,13 @@
-// Editing a world on its map: samples are added and removed, places dragged, areas closed; the changes so far, each to be undone.
+// Editing a world on its map: samples are added and removed, places dragged, zones drawn; the changes so far, each to be undone.
 
 import { get, id, post, send } from "../page/api.js";
 import { closest, el, replace, show, svg } from "../page/dom.js";
 import { attempt } from "../page/problem.js";
+import { ruleInWords } from "./drawing.js";
 
 const STEP_M = 0.05; // of dragged places
-const LEAST_AREA_M = 0.2; // what is drawn smaller is a slip of the hand
+const LEAST_ZONE_M = 0.2; // what is drawn smaller is a click
+const RULES = { keep_out: "keep out", one_robot: "one robot at a time", slow: "slow", named: "only a name" };
 
 /** @param {HTMLElement} drawing where the map is drawn @param {() => string | null} world the name of the world that is shown */
 export function createEditor(drawing, world) {
@@ -16,13 +18,17 @@ export function createEditor(drawing, world) {
   const history = el("ol", { class: "edits", "data-testid": "changes" });
   const name = el("input", { required: true, maxlength: 64, pattern: "[a-z][a-z0-9_]*", placeholder: "sample_9", "aria-label": "Name of the new sample" });
   const place = el("select", { "aria-label": "Place of the new sample" });
+  const zoneName = el("input", { maxlength: 64, pattern: "[a-z][a-z0-9_]*", placeholder: "zone_1", "aria-label": "Name of the next zone" });
+  const rule = el("select", { "aria-label": "Rule of the next zone", onchange: () => { speed.hidden = rule.value !== "slow"; } }, Object.entries(RULES).map(([value, words]) => el("option", { value }, words)));
+  const speed = el("input", { type: "number", min: 0.05, max: 2, step: 0.05, value: 0.2, hidden: true, "aria-label": "Speed in the next zone, m/s" });
   const reason = el("input", { required: true, maxlength: 2000, placeholder: "Reason", "aria-label": "Reason for the changes", "data-testid": "edit-reason" });
   const make = el("button", { class: "primary", "data-testid": "edit-make" }, "Make the changes");
   const node = el(
     "section",
     { class: "editor", "aria-label": "Editing the world", hidden: true, "data-testid": "editor" },
-    el("p", { class: "quiet small" }, "Drag a place to move it, pick a sample to remove it. Draw an area on the floor to keep robots out, pick one to open it."),
+    el("p", { class: "quiet small" }, "Drag a place to move it, pick a sample to remove it. Draw a zone on the floor, with the name and rule below; pick one to remove it."),
     el("form", { class: "row", onsubmit: addSample }, name, "at", place, el("button", { "data-testid": "edit-add" }, "Add sample")),
+    el("div", { class: "row" }, "Zone", zoneName, rule, speed),
     listed,
     el("form", { class: "row", onsubmit: submit }, reason, make),
     box,
@@ -72,7 +78,7 @@ export function createEditor(drawing, world) {
   function drop(edit) {
     draft.edits = draft.edits.filter((one) => one !== edit);
     if (edit.edit === "move_place") mark(edit.name ?? "")?.removeAttribute("transform");
-    if (edit.area) drawing.querySelector(`.keep-out[data-name="${edit.area.name}"]`)?.remove();
+    if (edit.zone) zoneMarked(edit.zone.name)?.remove();
     list();
     return check();
   }
@@ -110,15 +116,16 @@ export function createEditor(drawing, world) {
   /** @param {string} placed */
   const mark = (placed) => drawing.querySelector(`.place-mark[data-name="${placed}"]`);
 
+  /** @param {string} drawn */
+  const zoneMarked = (drawn) => drawing.querySelector(`.zone[data-name="${drawn}"]`);
+
   /** @param {PointerEvent} start */
   function begin(start) {
     const space = closest(start, ".map-drawing");
     if (node.hidden || !(space instanceof SVGSVGElement)) return;
     const moved = closest(start, ".place-mark");
     const known = draft.places.get(moved?.dataset.name ?? "");
-    const closed = closest(start, ".keep-out")?.dataset.name;
     if (moved && known) drag(start, space, moved, known);
-    else if (closed && !draft.edits.some((edit) => edit.area?.name === closed)) add({ edit: "remove_keep_out", name: closed });
     else if (!moved && !closest(start, ".sample-mark, .robot-mark")) outline(start, space);
     else return;
     start.preventDefault();
@@ -136,23 +143,37 @@ export function createEditor(drawing, world) {
     });
   }
 
-  /** @param {PointerEvent} start @param {SVGSVGElement} space */
+  /** Draws a zone, or picks the one below if the pointer does not move. @param {PointerEvent} start @param {SVGSVGElement} space */
   function outline(start, space) {
-    const shape = svg("rect", { class: "keep-out" });
+    const picked = closest(start, ".zone")?.dataset.name;
+    const shape = svg("rect", { class: "zone-area" });
+    const zone = svg("g", { class: `zone ${rule.value}` }, shape);
     /** @type {{x: Point, y: Point}} */
     let sides = { x: [0, 0], y: [0, 0] };
     track(start, space, (from, to) => {
       sides = { x: interval(from.x, to.x), y: interval(-from.y, -to.y) };
       const drawn = { x: sides.x[0], y: -sides.y[1], width: sides.x[1] - sides.x[0], height: sides.y[1] - sides.y[0] };
       for (const [side, value] of Object.entries(drawn)) shape.setAttribute(side, String(value));
-      space.append(shape);
+      space.append(zone);
     }, () => {
-      if (Math.min(sides.x[1] - sides.x[0], sides.y[1] - sides.y[0]) < LEAST_AREA_M) return shape.remove();
-      let number = 1;
-      while (drawing.querySelector(`.keep-out[data-name="closed_${number}"]`)) number += 1;
-      shape.setAttribute("data-name", `closed_${number}`);
-      return add({ edit: "add_keep_out", area: { name: `closed_${number}`, ...sides } });
+      if (Math.min(sides.x[1] - sides.x[0], sides.y[1] - sides.y[0]) < LEAST_ZONE_M) {
+        zone.remove();
+        if (picked && !draft.edits.some((edit) => edit.zone?.name === picked)) add({ edit: "remove_zone", name: picked });
+        return;
+      }
+      const drawn = nextName();
+      zone.setAttribute("data-name", drawn);
+      zoneName.value = "";
+      add({ edit: "add_zone", zone: { name: drawn, ...sides, rule: rule.value, ...(rule.value === "slow" ? { max_speed_m_s: Number(speed.value) } : {}) } });
     });
+  }
+
+  /** The name that is given, or the first free number. */
+  function nextName() {
+    if (zoneName.value && zoneName.checkValidity()) return zoneName.value;
+    let number = 1;
+    while (zoneMarked(`zone_${number}`)) number += 1;
+    return `zone_${number}`;
   }
   drawing.addEventListener("pointerdown", (event) => begin(/** @type {PointerEvent} */ (event)));
 
@@ -197,13 +218,9 @@ const inSteps = (value) => Number((Math.round(value / STEP_M) * STEP_M).toFixed(
 /** @param {number} one @param {number} other @returns {Point} */
 const interval = (one, other) => [inSteps(Math.min(one, other)), inSteps(Math.max(one, other))];
 
-const KINDS = /** @type {Record<string, string>} */ ({ keep_out: "area" });
-
 /** @param {WorldEdit} edit */
-function inWords({ edit, name, sample, robot, place, area, at }) {
+function inWords({ edit, name, sample, robot, place, zone, at }) {
   const [verb, ...words] = edit.split("_");
-  const kind = words.join("_");
-  const where = at ? ` to (${at.join(", ")})` : sample ? ` at ${sample.at}` : "";
-  const said = kind === "keep_out" ? { add: "close", remove: "open" }[verb] : verb;
-  return `${said} ${KINDS[kind] ?? kind} ${name ?? (sample ?? robot ?? place ?? area)?.name}${where}`;
+  const where = at ? ` to (${at.join(", ")})` : sample ? ` at ${sample.at}` : zone && ruleInWords(zone) ? `: ${ruleInWords(zone)}` : "";
+  return `${verb} ${words.join(" ")} ${name ?? (sample ?? robot ?? place ?? zone)?.name}${where}`;
 }

@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import pytest
 
-from robots.perception.keep_out import BORDER_RADIUS_M, NEAR_M, Borders
+from robots.perception.zones import BORDER_RADIUS_M, NEAR_M, Borders
 from robots.physical.body import RADIUS_M, Pose
 
 AREA = (1.0, 3.0, -1.0, 1.0)
@@ -24,3 +24,12 @@ def test_one_that_is_inside_may_leave_and_one_far_off_does_not_mind() -> None:
     assert borders.near(Pose(x_m=2.0, y_m=0.0, heading_rad=0.0)) == []
     assert borders.near(Pose(x_m=-9.0, y_m=0.0, heading_rad=0.0)) == []
     assert Borders([]).near(Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)) == []
+
+
+def test_the_border_of_an_area_for_one_robot_is_closed_while_another_one_is_inside() -> None:
+    borders = Borders([], [AREA])
+    outside = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
+    assert borders.near(outside) == []
+    assert borders.near(outside, [0.5 + 0j, 2.0 + 3.0j]) == []
+    assert borders.near(outside, [2.0 + 0.5j]) == Borders([AREA]).near(outside)
+    assert borders.near(Pose(x_m=2.0, y_m=0.5, heading_rad=0.0), [1.5 + 0j]) == []  # both may leave
