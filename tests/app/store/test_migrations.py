@@ -163,7 +163,7 @@ def test_areas_to_keep_out_of_become_zones_and_back(database_url: str) -> None:
         )
         connection.execute(text(insert), {name: dumps(value) for name, value in edition.items()})
         connection.commit()
-        command.upgrade(migration_config(connection), "0024")
+        command.upgrade(migration_config(connection), "0028")
         row = connection.execute(read).one()
         assert row.document == {"name": "lab", "zones": [zone]}
         assert row.edits == [{"edit": "add_zone", "zone": zone}, {"edit": "remove_robot", "name": "fred"}]
