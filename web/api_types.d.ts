@@ -15,6 +15,16 @@ interface World {
   version?: number;
   status?: "starting" | "waiting_for_fleet" | "running" | "failed";
   status_detail?: string;
+  numbers_version?: number;
+}
+
+interface NumericFact {
+  quantity: string;
+  args: string[];
+  value: number;
+  text: string;
+  source: string;
+  at_s: number;
 }
 
 /** An area of the floor with its rule: named, keep_out, one_robot or slow. */

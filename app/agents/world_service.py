@@ -53,6 +53,7 @@ class WorldReport:
     time_s: float
     version: int
     edition: int
+    numbers_version: int
     layout: Mapping[str, Any]
     status: WorldState
     status_detail: str
@@ -318,6 +319,7 @@ class WorldService:
             time_s=self._clocks[row.id].now_s(),
             version=row.version,
             edition=self._worlds.edition(row.id).number,
+            numbers_version=row.numbers_version,
             layout=row.layout,
             status=status.state,
             status_detail=status.detail,

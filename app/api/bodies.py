@@ -393,6 +393,7 @@ class WorldItem(BaseModel):
     edition: int = Field(description="counts the changes of the world itself since its file")
     status: WorldState = Field(description="whether messages are exchanged with the world")
     status_detail: str = Field(description="what is waited for, or why it failed; empty if it runs")
+    numbers_version: int = Field(description="counts the changes of its numeric facts")
 
 
 class WorldBody(WorldItem):

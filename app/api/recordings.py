@@ -56,6 +56,9 @@ class ReplayBody(BaseModel):
     plans: dict[str, Any] = Field(description="all plans that were made for its goal, by id")
     scripts: dict[str, Any] = Field(description="its robots' scripts, by id")
     samples: list[dict[str, Any]] = Field(description="the samples' believed places, each from `at_s` on")
+    numbers: list[dict[str, Any]] = Field(
+        description="the world's numeric facts as `values`, each from `at_s` on"
+    )
     results: list[dict[str, Any]] = Field(
         description="as `GET /v1/missions/{id}/results` has them; an `image` is a `data:` address"
     )
@@ -131,5 +134,6 @@ def recorded_bodies(worlds: WorldService, plans: PlanApproval) -> RecordedBodies
         samples=lambda name: {
             one["args"][0]: one["args"][1] for one in facts(name) if one["predicate"] == "in"
         },
+        numbers=lambda name: {row.term: row.value for row in worlds.numbers(name)[0]},
         places=lambda name: {place.name: place.at for place in worlds.world(name).places},
     )

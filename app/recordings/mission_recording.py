@@ -6,7 +6,7 @@ from typing import Any
 
 from app.agents.robot_board import RobotView
 from app.domain.events import MissionEnded
-from app.recordings.mcap_writer import EVENTS, GOAL, MISSION, SAMPLES, McapWriter
+from app.recordings.mcap_writer import EVENTS, GOAL, MISSION, NUMBERS, SAMPLES, McapWriter
 from robots.wire import Telemetry
 
 ENDINGS = frozenset(MissionEnded.types())
@@ -56,6 +56,12 @@ class MissionRecording:
             self._last[SAMPLES] = samples
             self.writer.write_json(SAMPLES, samples, at_s)
             self.writer.write_samples(samples, self.places, at_s)
+
+    def write_numbers(self, numbers: Mapping[str, float], at_s: float) -> None:
+        """Write the world's numeric facts, if any has changed."""
+        if self._last.get(NUMBERS) != numbers:
+            self._last[NUMBERS] = numbers
+            self.writer.write_json(NUMBERS, numbers, at_s)
 
     def write_robots(self, views: Mapping[str, RobotView]) -> None:
         """Write the new telemetry of the world's robots."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from app.agents import RobotBoard
 from app.core import Core
-from app.domain.events import FactsChanged, ResultReceived, WorldChanged
+from app.domain.events import FactsChanged, NumbersChanged, ResultReceived, WorldChanged
 from app.domain.lifecycles.mission import ENDED
 from app.recordings.clock_map import ClockMap
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
@@ -39,6 +39,7 @@ class RecordedBodies:
     """Functions that return what is recorded in the API's form, injected since recordings cannot import the API.
 
     :param samples: the believed place or robot of each sample of a world.
+    :param numbers: the value of each numeric fact of a world, by `battery(rover_1)`.
     :param places: x and y in metres of each place of a world.
     """
 
@@ -48,6 +49,7 @@ class RecordedBodies:
     result: Callable[[ResultRow], dict[str, Any]]
     world: Callable[[str], dict[str, Any]]
     samples: Callable[[str], dict[str, str]]
+    numbers: Callable[[str], dict[str, float]]
     places: Callable[[str], dict[str, tuple[float, float]]]
 
 
@@ -147,14 +149,23 @@ class Recorder:
 
     def _write_events(self, about: Sequence[tuple[EventRow, frozenset[str]]]) -> None:
         moved = set()
+        counted = set()
         for row, names in about:
             for recording in (self._open[one] for one in self._recorded(names)):
                 self._write_event(recording, row)
             if row.type == FactsChanged.TYPE:
                 moved.add(row.subject)
+            elif row.type == NumbersChanged.TYPE:
+                counted.add(row.subject)
             elif row.type == WorldChanged.TYPE:
                 self._write_world(row.subject)
-        for world in filter(self._clock_map.knows, moved & {one.world for one in self._open.values()}):
+        open_worlds = {one.world for one in self._open.values()}
+        for world in filter(self._clock_map.knows, counted & open_worlds):
+            numbers = self._bodies.numbers(world)
+            for recording in self._open.values():
+                if recording.world == world:
+                    recording.write_numbers(numbers, self._clock_map.now_s(world))
+        for world in filter(self._clock_map.knows, moved & open_worlds):
             samples = self._bodies.samples(world)
             for recording in self._open.values():
                 if recording.world == world:
@@ -229,6 +240,7 @@ class Recorder:
         now_s = self._clock_map.now_s(world)
         recording.writer.write_json(WORLD, self._bodies.world(world), now_s)
         recording.write_samples(self._bodies.samples(world), now_s)
+        recording.write_numbers(self._bodies.numbers(world), now_s)
         return recording
 
     def _record_robots(self) -> None:

@@ -15,6 +15,7 @@ from app.recordings.mcap_writer import (
     IMAGES,
     MISSION,
     NANO,
+    NUMBERS,
     PLAN,
     RESULTS,
     ROBOTS,
@@ -37,8 +38,8 @@ class Replay:
     `robots`: by name, rows of `[at_s, x_m, y_m, heading_rad, holding, packet_tag]`; `telemetry`: by name, the other
     telemetry of the mission's own robots. `missions`: the mission's states, each from `at_s` on; `goal`: its last
     state; `plans`: all plans made for it, and `scripts`: the robots' scripts, by id; `samples`: the samples' believed
-    places, each from `at_s` on; `results`: what packets brought, images with their content as a `data:` address in
-    `image`; `events`: all events, in order.
+    places, each from `at_s` on; `numbers`: the values of the world's numeric facts, likewise; `results`: what packets
+    brought, images with their content as a `data:` address in `image`; `events`: all events, in order.
     """
 
     world: dict[str, Any] = field(default_factory=dict)
@@ -49,6 +50,7 @@ class Replay:
     plans: dict[str, Any] = field(default_factory=dict)
     scripts: dict[str, Any] = field(default_factory=dict)
     samples: list[dict[str, Any]] = field(default_factory=list)
+    numbers: list[dict[str, Any]] = field(default_factory=list)
     results: list[dict[str, Any]] = field(default_factory=list)
     events: list[dict[str, Any]] = field(default_factory=list)
 
@@ -67,6 +69,8 @@ def replay_of(entries: Iterable[Entry]) -> Replay:
             replay.missions.append({"at_s": at_s, "mission": body})
         elif topic == SAMPLES:
             replay.samples.append({"at_s": at_s, "lying": body})
+        elif topic == NUMBERS:
+            replay.numbers.append({"at_s": at_s, "values": body})
         elif topic == RESULTS:
             result = results[body["id"]] = {**body, "at_s": at_s}
         elif topic.startswith(IMAGES):  # follows its result

@@ -50,6 +50,11 @@ def known(records: dict[str, dict[str, Any]], name: str) -> dict[str, Any]:
 
 
 def add_changes(app: FastAPI, service: FakeService) -> None:
+    @app.get("/v1/worlds/{world}/numbers", dependencies=[Depends(require_token)])
+    def numbers(world: str) -> Any:
+        service.asked_numbers += 1
+        return items(service.numbers) | {"version": service.numbers_version}
+
     v1 = [Depends(require_token)]
 
     @app.get("/v1/worlds/{world}/changes", dependencies=v1)
@@ -211,6 +216,7 @@ def create_app(service: FakeService) -> FastAPI:
             "edition": service.edition,
             "status": "starting" if name in service.starting else "running",
             "status_detail": "",
+            "numbers_version": service.numbers_version,
         }
 
     @app.get("/v1/worlds", dependencies=v1)

@@ -127,6 +127,9 @@ class FakeService:
         self.undrivable: dict[str, str] = {}
         self.last_heard_s = 0.1
         self.edition = 0
+        self.numbers: list[dict[str, Any]] = []
+        self.numbers_version = 0
+        self.asked_numbers = 0
         self.changes: list[dict[str, Any]] = []
         """Editions of the world, newest first."""
         self.tuning: dict[str, Any] = {"version": 0, "delivery": "untouched", "tuning": {}, "set_out": {}}

@@ -42,6 +42,31 @@ def test_a_robot_looked_at_shows_its_synthesis_as_it_goes(page: Page, service: F
     expect(panel).to_be_hidden()
 
 
+def test_the_numbers_of_the_world_are_fetched_while_they_are_open(map_of: Page, service: FakeService) -> None:
+    def tell(value: float) -> None:
+        text = f"yard_1's battery is at {100 * value:g} %"
+        told = {"quantity": "battery", "args": ["yard_1"], "value": value, "text": text}
+        service.numbers = [told | {"source": "report of yard_1", "at_s": 12.0}]
+        service.numbers_version += 1
+
+    tell(0.8)
+    page = map_of
+    page.get_by_text("Numbers", exact=True).click()
+    numbers = page.get_by_test_id("numbers")
+    expect(numbers).to_contain_text("battery(yard_1)")
+    expect(numbers).to_contain_text("yard_1's battery is at 80 % · report of yard_1 at 12.0 s")
+    tell(0.75)
+    expect(numbers).to_contain_text("75 %")
+    page.get_by_text("Numbers", exact=True).click()
+    asked = service.asked_numbers
+    tell(0.7)
+    service.publish("world.facts_changed", WORLD)
+    expect(numbers).to_be_hidden()
+    page.get_by_text("Numbers", exact=True).click()
+    expect(numbers).to_contain_text("70 %")
+    assert service.asked_numbers == asked + 1
+
+
 def test_a_robot_that_is_silent_can_be_declared_lost(page: Page, service: FakeService) -> None:
     service.connection["yard_2"] = "offline"
     service.publish("robot.offline", "yard_2")

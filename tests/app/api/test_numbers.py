@@ -16,7 +16,7 @@ from robots.world import WorldFile, load_world
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.databases import ON_BOTH
-from tests.waiting import awaited
+from tests.waiting import awaited, read_until
 
 NUMBERS = "/v1/worlds/sample_store/numbers"
 Follow = Callable[..., dict[str, Any]]
@@ -128,7 +128,7 @@ def test_a_mission_moves_the_counts_with_the_sample(
     api: TestClient, follow: Follow, service: Service
 ) -> None:
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
-    follow(f"/v1/goals/{goal['id']}", "finished")
+    mission = follow(f"/v1/goals/{goal['id']}", "finished")["mission_id"]
     known = numbers(api)
     assert known["samples(bay_7)"]["value"] == 1
     assert known["samples(door_1)"]["value"] == 0
@@ -141,6 +141,12 @@ def test_a_mission_moves_the_counts_with_the_sample(
         if one["quantity"] == "load" and one["before"] is not None
     ]
     assert sorted(loads) == [0, 0, 1, 1], "two robots have carried it"
+    recorded = read_until(
+        api,
+        f"/v1/missions/{mission}/replay",
+        lambda replay: replay.get("numbers", [{}])[-1].get("values", {}).get("samples(bay_7)") == 1,
+    )
+    assert recorded["numbers"][-1]["values"]["battery(yard_2)"] == 0.5
 
 
 def test_a_robots_battery_is_recorded_as_it_tells(api: TestClient, service: Service, team: FakeTeam) -> None:

@@ -4,12 +4,13 @@ import { get, id } from "../page/api.js";
 import { closest, el, fetchStyle } from "../page/dom.js";
 import { responseOrder } from "../page/store.js";
 import { createDrawing } from "./drawing.js";
+import { createNumbers } from "./numbers.js";
 
 /** @param {Store} store @param {Telemetry} telemetry @param {(picked: Picked) => void} onPick */
 export function createMap(store, telemetry, onPick) {
   const drawing = createDrawing();
   const edit = el("button", { type: "button", class: "edit-world", "aria-pressed": "false", "data-testid": "edit-world", onclick: () => openEditor().catch(() => (editor = null)) }, "Edit the world");
-  const node = el("div", { class: "map", "data-testid": "map" }, drawing.node, edit);
+  const node = el("div", { class: "map", "data-testid": "map" }, drawing.node, edit, createNumbers(store));
   /** @type {ReturnType<typeof import("./editor.js").createEditor> | null} */
   let editor = null; // fetched when first needed
   const factsOrder = responseOrder();
