@@ -10,7 +10,7 @@ from robots.clock import Clock
 from robots.link import Link, LinkClosed
 from robots.wire import Message
 
-CLOSE_S = 15.0
+CLOSE_S = 5.0
 """How long `close` waits for a simulation that is still being built; it is ended as soon as it is."""
 
 logger = logging.getLogger(__name__)

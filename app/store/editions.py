@@ -97,15 +97,17 @@ class WorldDirectory(Mapping[str, WorldFile]):
     def start(self, session: Session) -> None:
         """Take the recorded editions; of a world whose file was replaced since, record the file as the newest.
 
-        The file counts also for a world that was added earlier.
+        The file counts also for a world that was added earlier, and brings back one that was removed.
         """
         for file in self._files.values():
             newest = newest_edition(session, file)
+            added = session.get(AddedWorldRow, file.name)
             if newest.number and newest.world is file:
                 session.add(file_edition(newest, actor=f"world file {file.name}", reason=FILE_REPLACED))
-                added = session.get(AddedWorldRow, file.name)
                 if added is not None:
                     added.document = file.model_dump(mode="json")
+            if added is not None and added.removed_at is not None:
+                session.delete(added)
             self.put(newest)
 
     def follow(self) -> None:

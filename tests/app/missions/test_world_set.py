@@ -295,6 +295,14 @@ def test_a_file_that_is_given_at_the_start_counts_for_a_world_that_was_added(ser
         assert names(api) == ["sample_store"]
 
 
+def test_a_world_that_was_removed_runs_again_when_it_is_given_at_the_start(serve: Serve) -> None:
+    with serve() as api:
+        added(api, hall("hall"))
+        removed(api, "hall")
+    with serve(hall("hall")) as api:
+        assert in_state(api, goal(api, "move sample_1 to bay_7", "hall", auto_approve=False), "planned")
+
+
 @ON_BOTH
 def test_a_world_of_the_same_name_begins_anew(api: TestClient) -> None:
     added(api, hall("hall", title="first"))
