@@ -82,8 +82,10 @@ def serve(
         worker.warm_up()
         threads = ThreadPoolExecutor(len(worlds))
         parts.callback(threads.shutdown, wait=False, cancel_futures=True)
-        simulations = SimulationHost(settings=settings, packs=packs, speed=speed, seed=seed)
-        start = partial(_simulation, simulations, start_new=start_new, tell=progress.tell)
+        simulations = SimulationHost(
+            settings=settings, packs=packs, speed=speed, seed=seed, start_new=start_new
+        )
+        start = partial(_simulation, simulations, tell=progress.tell)
         starts = [threads.submit(start, world) for world in worlds if broker is None]
         # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
         from app.composition import Service
@@ -118,10 +120,10 @@ def serve(
 
 
 def _simulation(
-    simulations: SimulationHost, world: WorldFile, *, start_new: bool, tell: Callable[[str], None]
+    simulations: SimulationHost, world: WorldFile, *, tell: Callable[[str], None]
 ) -> SupervisedWorld:
     """The world's simulation, paused; prints whether it is resumed."""
-    simulation = simulations.start(world, start_new=start_new, tell=tell)
+    simulation = simulations.start(world, tell=tell)
     _report_world(world, simulation)
     return simulation
 

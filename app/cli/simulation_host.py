@@ -23,12 +23,14 @@ class SimulationHost:
     """Starts simulations from their snapshots in the data folder; implements `WorldHost`.
 
     :param speed: world seconds per wall-clock second, of worlds for which no other rate is chosen.
+    :param start_new: do not resume worlds from their snapshots.
     """
 
     settings: Settings
     packs: "Packs"
     speed: float
     seed: int
+    start_new: bool = False
     simulates: ClassVar[bool] = True
 
     def start(
@@ -36,18 +38,16 @@ class SimulationHost:
         world: WorldFile,
         *,
         tell: Callable[[str], None],
-        start_new: bool = False,
         rate: float | None = None,
     ) -> SupervisedWorld:
         """The simulation of a world, in a child process, paused.
 
-        :param start_new: do not resume it from its snapshot.
         :raises SimulationError: if it cannot be built.
         """
         database = self.settings.resolved_database_url()
         simulation = SupervisedWorld.start(
             world,
-            self._snapshots(run=recorded_run(database, world.name) or None, start_new=start_new),
+            self._snapshots(run=recorded_run(database, world.name) or None),
             seed=self.seed,
             speed=self.speed if rate is None else rate,
             jitter_m=0.0,
@@ -90,5 +90,5 @@ class SimulationHost:
             with suppress(OSError):
                 path.with_suffix(suffix).unlink(missing_ok=True)
 
-    def _snapshots(self, *, run: str | None = None, start_new: bool = False) -> SnapshotSettings:
-        return SnapshotSettings(folder=self.settings.data / "worlds", run=run, start_new=start_new)
+    def _snapshots(self, *, run: str | None = None) -> SnapshotSettings:
+        return SnapshotSettings(folder=self.settings.data / "worlds", run=run, start_new=self.start_new)
