@@ -116,6 +116,7 @@ class WorldSet:
                 self._running.start(name)
         if self._follows_others:
             self._running.unknown = self.follow
+        if self._host is not None:
             self._background.start()
 
     def close(self) -> None:
@@ -191,7 +192,7 @@ class WorldSet:
             row.removal_reason = None
             session.add(file_edition(Edition(number, file), actor=actor, reason=reason))
             announce(session, WORLDS)
-        self.follow()
+        self._apply()
 
     def remove(self, name: str, *, actor: str, reason: str) -> None:
         """Remove a world that was added: what drives it here ends, and its history stays.
@@ -212,6 +213,7 @@ class WorldSet:
             row = session.get(AddedWorldRow, name, with_for_update=True)
             if row is None or row.removed_at is not None:
                 raise UnknownWorld(name, self._files)
+            _release_abandoned(session, name)  # lock order: scripts before the world
             world = session.get_one(WorldRow, name, with_for_update=True)
             _refuse_in_use(session, name)
             row.removed_at = utc_now()
@@ -221,9 +223,17 @@ class WorldSet:
             _forget_robots(session, name)
             self._core.events.append(session, WorldRemoved(subject=name, actor=actor, reason=reason))
             announce(session, WORLDS)
-        self.follow()
+        self._apply()
         if file is not None and self._host is not None:
             self._host.forget(file)
+
+    def _apply(self) -> None:
+        """Do what is recorded now; if that fails, again in the background."""
+        try:
+            self.follow()
+        except BaseException:
+            self._news.set()
+            raise
 
     def follow(self) -> None:
         """Run the added worlds that the record has, and no others of them."""
@@ -360,7 +370,11 @@ def _forget_robots(session: Session, world: str) -> None:
     """Drop what is recorded of the robots' and samples' present state, and the world's lease."""
     for table in (UnknownRow, LostRobotRow, OutOfServiceRow, TuningRow, LeaseRow):
         session.execute(delete(table).where(table.world == world))
+
+
+def _release_abandoned(session: Session, world: str) -> None:
+    """Drop the orders to stop for lost robots."""
     missions = select(MissionRow.id).where(MissionRow.world == world)
     abandoned = select(ScriptRow).where(ScriptRow.abandoned, ScriptRow.mission_id.in_(missions))
-    for script in session.scalars(abandoned).all():
+    for script in session.scalars(abandoned.with_for_update()).all():
         release_abandoned(script)
