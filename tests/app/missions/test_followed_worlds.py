@@ -1,5 +1,6 @@
 """Worlds that fleets drive: added by one process, followed by the others, and waiting for their fleets."""
 
+import itertools
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -35,9 +36,10 @@ from tests.waiting import in_state, read_until, until
 pytestmark = needs_mosquitto
 
 
-@pytest.fixture(scope="module")
-def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Broker]:
-    with mosquitto(tmp_path_factory.mktemp("broker")) as broker:
+@pytest.fixture
+def broker(tmp_path: Path) -> Iterator[Broker]:
+    """One a test: it keeps what fleets have announced."""
+    with mosquitto(tmp_path) as broker:
         yield Broker.at(broker.url)
 
 
@@ -112,9 +114,10 @@ def test_an_added_world_waits_for_a_fleet_that_is_started_with_the_same_file(
     with closing(fleet_of(hall("hall"), broker)) as fleet:
         fleet.start()
         told: set[str] = set()
+        seconds = itertools.count()
 
         def has_orders() -> bool:
-            fleet.announce(1.0, 1.0)
+            fleet.announce(float(next(seconds)), 1.0)
             told.update(orders(list(fleet.receive(0.02))))
             return bool(told)
 
