@@ -44,7 +44,7 @@ compilation."""
 
 
 def demo(world: WorldFile, packs: Packs, text: str, speed: float | None, seed: int) -> int:
-    """Run one goal; 0 if it became true in the simulation, else 1.
+    """Run one goal; 0 if it became true in the simulation or asks for nothing to be done, else 1.
 
     :raises Invalid: if the goal is not understood or not possible, or a setting is wrong, before anything starts.
     """
@@ -55,7 +55,10 @@ def demo(world: WorldFile, packs: Packs, text: str, speed: float | None, seed: i
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = packs.knowledge_base()
     stated = read_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base, packs.verbs())
-    show_terms(console, stated.readings, stated.constraints.words)
+    show_terms(console, stated.readings, stated.constraints.words, stated.holds)
+    if stated.nothing_to_do:
+        console.print(f"{escape(stated.nothing_to_do)}.")
+        return 0
     is_small = len(stated.goals) <= SMALL_GOALS and len(world.robots) <= SMALL_ROBOTS
     with (
         tempfile.TemporaryDirectory(prefix="macta-demo-") as folder,

@@ -1,17 +1,19 @@
 """Parses and checks goals given on the command line before anything starts."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 from app.domain.clock import SYSTEM_CLOCK
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
-from app.domain.goal_language.check import blocking, check_request
+from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import span_of
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, check_constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.hold_checks import check_holds, emptying_goals
+from app.domain.goal_language.stated_holds import HoldPreview, StatedHold, kept_by
 from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.times import Due
 from app.domain.goal_language.verbs import Verbs
@@ -27,12 +29,24 @@ FACT = re.compile(r"^\s*\w+\s*\(")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StatedGoals:
-    """What the sentences and facts of a command line ask for; goals name berths, not locations that have several."""
+    """What the sentences and facts of a command line ask for; goals name berths, not locations that have several.
+
+    :param constraints: with the places that the holds keep empty.
+    :param holds: what a service would keep empty for other goals, too.
+    """
 
     goals: Sequence[SymbolicFact]
     constraints: Constraints = UNCONSTRAINED
     due: Due | None = None
     readings: Sequence[Reading] = ()
+    holds: Sequence[HoldPreview] = ()
+
+    @property
+    def nothing_to_do(self) -> str:
+        """Why there is nothing to plan, in words; empty if there is."""
+        if self.goals or not self.holds:
+            return ""
+        return f"nothing to carry out: the places are empty; a service {' and '.join(h.words for h in self.holds)}"
 
 
 def parse_goals(
@@ -57,16 +71,20 @@ def read_goals(
     stated = [_stated(sentence, world, facts, verbs) for sentence in sentences]
     constraints = UNCONSTRAINED
     for one in stated:
-        constraints = constraints.and_also(one.constraints)
+        constraints = constraints.and_also(one.constraints).and_also(kept_by(one.holds))
     if constraints and len(sentences) > 1:  # what a sentence leaves open is chosen within those of all
         stated = [_stated(sentence, world, facts, verbs, constraints) for sentence in sentences]
     goals = [goal for one in stated for goal in one.goals]
     stages = [stage for one in stated for stage in one.constraints.stages or (0,) * len(one.goals)]
+    holds = [hold for one in stated for hold in one.holds]
+    emptying, emptied = _emptying(holds, goals, world, facts, constraints)
+    goals += emptying
+    stages += [0] * len(emptying)
     constraints = constraints.model_copy(update={"stages": tuple(stages)})
     dues = [one.due for one in stated if one.due is not None]
     if len(dues) > 1:
         raise Invalid("several goals state a deadline; say one", code="two-deadlines")
-    for issue in blocking(check_request(goals, constraints, world, facts, knowledge_base)):
+    for issue in _issues(goals, constraints, holds, world, facts, knowledge_base):
         raise Invalid(
             issue.detail,
             code=issue.code,
@@ -79,8 +97,39 @@ def read_goals(
         goals=assign_berths(goals, world, facts, avoid=applied.avoided | applied.kept_empty),
         constraints=constraints,
         due=dues[0] if dues else None,
-        readings=[reading for one in stated for reading in one.readings],
+        readings=[*(reading for one in stated for reading in one.readings), *emptied],
+        holds=[HoldPreview.of(hold, _now()) for hold in holds],
     )
+
+
+def _emptying(
+    holds: Sequence[StatedHold],
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    constraints: Constraints,
+) -> tuple[Sequence[SymbolicFact], Sequence[Reading]]:
+    """The goals that empty what is to be held, and how they were chosen."""
+    found = emptying_goals(holds, goals, world, facts, within=constraints)
+    if isinstance(found, Clarification):
+        raise found.refusal()
+    return found
+
+
+def _issues(
+    goals: Sequence[SymbolicFact],
+    constraints: Constraints,
+    holds: Sequence[StatedHold],
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+) -> Iterator[GoalIssue]:
+    """What stands against the goals and holds, without notes."""
+    yield from check_holds(holds, world, facts, knowledge_base, _now())
+    if goals or not holds:
+        yield from blocking(check_request(goals, constraints, world, facts, knowledge_base))
+    else:
+        yield from blocking(check_constraints(constraints, goals, world, facts))
 
 
 def _stated(
@@ -92,11 +141,14 @@ def _stated(
 ) -> Understood:
     if FACT.match(sentence):
         return Understood(goals=(_fact(sentence),))
-    now = datetime.fromtimestamp(SYSTEM_CLOCK.epoch_s()).astimezone()
-    understood = understand(sentence, world, facts, verbs=verbs, now=now, beside=beside)
+    understood = understand(sentence, world, facts, verbs=verbs, now=_now(), beside=beside)
     if isinstance(understood, Clarification):
         raise understood.refusal()
     return understood
+
+
+def _now() -> datetime:
+    return datetime.fromtimestamp(SYSTEM_CLOCK.epoch_s()).astimezone()
 
 
 def _fact(text: str) -> SymbolicFact:

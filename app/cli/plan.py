@@ -125,7 +125,7 @@ def plan(
     pddl: Path | None = None,
     verbs: Verbs | None = None,
 ) -> int:
-    """Print the plan-net; 0 if there is one, 1 if not. Ctrl-C takes the best one so far.
+    """Print the plan-net; 0 if there is one or nothing is to be done, 1 if not. Ctrl-C takes the best one so far.
 
     :param extras: what to show with the plan.
     :param deadline_s: when every goal must be true, from the plan's start.
@@ -151,13 +151,22 @@ def plan(
                 }
             )
         raise
+    if stated.nothing_to_do:
+        if as_json:
+            _print({"status": "nothing_to_do", "holds": [hold.words for hold in stated.holds]})
+        else:
+            show_terms(Console(stderr=True, highlight=False), stated.readings, ())
+            Console(highlight=False).print(escape(_sentence(stated.nothing_to_do)))
+        return 0
     problem = goal_problem(
         world, initial_facts(world, knowledge_base), stated.goals, knowledge_base, stated.constraints
     )
     if stated.due is not None:
         deadline_s = stated.due.in_s
     if not as_json:
-        show_terms(Console(stderr=True, highlight=False), stated.readings, stated.constraints.words)
+        show_terms(
+            Console(stderr=True, highlight=False), stated.readings, stated.constraints.words, stated.holds
+        )
     if deadline_s is not None:
         problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
     if pddl is not None:
@@ -271,6 +280,10 @@ def _engine(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
 
 def _print(document: dict[str, object]) -> None:
     sys.stdout.write(json.dumps(document, indent=2) + "\n")
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}."
 
 
 def _without_plan(result: PlanningResult) -> dict[str, object]:

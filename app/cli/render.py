@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.goal_language.stated_holds import HoldPreview
 from app.domain.goal_language.terms import Reading
 from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
 
@@ -19,12 +20,19 @@ LONGEST_PATH = 12
 MAX_WAITS = 5
 
 
-def show_terms(console: Console, readings: Sequence[Reading], constraints: Sequence[str]) -> None:
-    """Show how quantities and times of sentences were resolved, and the constraints on the plan."""
+def show_terms(
+    console: Console,
+    readings: Sequence[Reading],
+    constraints: Sequence[str],
+    holds: Sequence[HoldPreview] = (),
+) -> None:
+    """Show how quantities and times of sentences were resolved, the constraints on the plan, and the holds."""
     for reading in readings:
         console.print(f"[bold]{escape(reading.said)}[/]: {escape(', '.join(reading.means))}")
     if constraints:
         console.print(f"[bold]Constraints[/]: {escape('; '.join(constraints))}")
+    if holds:
+        console.print(f"[bold]A service[/] {escape('; '.join(hold.words for hold in holds))}")
 
 
 def show_plan(console: Console, plan: PlanBody) -> None:

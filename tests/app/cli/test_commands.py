@@ -264,3 +264,27 @@ def test_a_free_place_is_chosen_within_the_constraints_of_all_goals() -> None:
     sentences = ["move sample_1 to any bay", "keep bay_1 empty and park yard_1"]
     stated = read_goals(store.world, store.facts, sentences, store.base)
     assert [str(goal) for goal in stated.goals] == ["in(sample_1, bay_3)", "near(yard_1, home_yard_1)"]
+
+
+def test_what_is_kept_empty_for_some_time_is_planned_with_and_shown() -> None:
+    result = macta("plan", "--goal", "move sample_1 to any bay and keep bay_1 and bay_2 empty for an hour")
+    assert result.exit_code == 0, result.output
+    assert "A service will hold bay_1 and bay_2 empty for 1 h" in flat(result.stderr)
+    assert "bay_2 is emptied: sample_2 to bay_4" in flat(result.stderr)
+    assert "in(sample_1, bay_3)" in flat(result.stdout)
+
+
+def test_keeping_an_empty_place_empty_needs_no_plan() -> None:
+    result = macta("plan", "--goal", "keep bay_3 empty until further notice")
+    assert (result.exit_code, flat(result.stdout).startswith("Nothing to carry out")) == (0, True)
+    document = json.loads(macta("plan", "--json", "--goal", "keep bay_3 empty until further notice").stdout)
+    assert document == {
+        "status": "nothing_to_do",
+        "holds": ["will hold bay_3 empty until an operator ends it"],
+    }
+    assert "nothing to carry out" in flat(macta("demo", "--goal", "keep bay_3 empty for an hour").stdout)
+
+
+def flat(text: str) -> str:
+    """Without the line breaks of the terminal's width."""
+    return " ".join(text.split())
