@@ -2,6 +2,7 @@
 
 import threading
 import time
+from typing import Any
 
 import pytest
 from paho.mqtt.client import Client
@@ -10,7 +11,16 @@ from paho.mqtt.enums import CallbackAPIVersion
 from robots.link.mqtt import Broker, ConnectionState, FleetLink, ServiceLink, WorldAnnouncement
 from robots.link.mqtt.session import MAX_PACKET_BYTES
 from robots.link.mqtt.topics import Channel, robot_topic, world_topic
-from robots.wire import MAX_IMAGE_BYTES, ImageResult, Message, PacketReport, PacketState, SetPoint
+from robots.wire import (
+    MAX_FACTSHEET_BYTES,
+    MAX_IMAGE_BYTES,
+    Factsheet,
+    ImageResult,
+    Message,
+    PacketReport,
+    PacketState,
+    SetPoint,
+)
 from tests.mosquitto import Mosquitto, needs_mosquitto
 from tests.robots.link.mqtt.ends import (
     ROBOTS,
@@ -341,3 +351,54 @@ def test_what_is_too_large_to_be_a_message_does_not_come_through_and_the_link_go
         (said,) = received(service, 1)
         assert said.sender == "ginger"
         assert (service.malformed, service.connected) == (0, True)
+
+
+def factsheet(robot: str, **values: Any) -> Message:
+    sheet = Factsheet(repertoire=("NAVIGATE",), speed_m_s=0.4, turn_rad_s=1.0, **values)
+    return report(robot).model_copy(update={"body": sheet})
+
+
+def test_a_factsheet_is_kept_by_the_broker_until_its_robot_is_removed(broker: Mosquitto) -> None:
+    with a_fleet(at(broker)) as fleet:
+        until(lambda: fleet.connected, "the fleet is connected")
+        fleet.send(factsheet("fred", number=3))
+        with a_service(at(broker)) as service:
+            until(lambda: service.run == RUN, "the run is known")
+            shout(broker, robot_topic(WORLD, "fred", Channel.STATE), b"no message")
+            until(lambda: service.malformed == 1, "all that the broker has kept has come")
+            assert service.receive() == ()
+            service.take_up(RUN)
+            (said,) = received(service, 1)
+            assert (said.sender, said.body) == ("fred", factsheet("fred", number=3).body)
+        fleet.serve(["ginger"])
+        with a_service(at(broker)) as service:
+            until(lambda: service.run == RUN, "the run is known")
+            service.take_up(RUN)
+            fleet.send(report("ginger"))
+            (said,) = received(service, 1)
+            assert (said.sender, service.malformed) == ("ginger", 0)
+
+
+@pytest.mark.parametrize(
+    ("robot", "payload"),
+    [
+        ("fred", b"{" + b" " * (MAX_FACTSHEET_BYTES + 2000)),
+        ("fred", b"no factsheet"),
+        ("Fred", b"{}"),
+        ("x" * 65, b"{}"),
+        ("fred", factsheet("ginger").model_dump_json().encode()),
+        (
+            "fred",
+            factsheet("fred").model_dump_json().replace('"velocity"', '{"kind": NaN}').encode(),
+        ),
+    ],
+)
+def test_a_factsheet_that_is_too_large_or_malformed_is_counted_and_harms_nothing(
+    broker: Mosquitto, robot: str, payload: bytes
+) -> None:
+    with both(at(broker)) as (service, fleet):
+        shout(broker, robot_topic(WORLD, robot, Channel.FACTSHEET), payload)
+        until(lambda: service.malformed == 1, "it is counted")
+        fleet.send(factsheet("ginger"))
+        (said,) = received(service, 1)
+        assert said.sender == "ginger"
