@@ -71,6 +71,23 @@ interface WorldEdit {
   robot?: { name: string };
   place?: { name: string };
   zone?: Zone;
+  speed_m_s?: number;
+  repertoire?: string[];
+}
+
+/** A robot of a world's layout, as far as it is edited. */
+interface EditedRobot {
+  name: string;
+  speed_m_s: number;
+  repertoire: string[];
+}
+
+/** What a robot has told of itself, and what has become of it. */
+interface Factsheet {
+  robot: string;
+  state: "in_force" | "postponed" | "announced" | "refused";
+  reason: string;
+  sheet: { repertoire: string[]; speed_m_s: number };
 }
 
 interface WorldEdition {

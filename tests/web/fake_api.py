@@ -81,6 +81,21 @@ def add_changes(app: FastAPI, service: FakeService) -> None:
                 return JSONResponse(taken_by, 409, media_type="application/problem+json")
         return {}
 
+    @app.get("/v1/worlds/{world}/factsheets", dependencies=v1)
+    def factsheets(world: str) -> Any:
+        return items(service.factsheets)
+
+    @app.post("/v1/worlds/{world}/robots/{name}:{verb}", dependencies=v1)
+    def decide(
+        world: str, name: str, verb: str, body: Annotated[dict[str, str] | None, Body()] = None
+    ) -> Any:
+        (sheet,) = (one for one in service.factsheets if one["robot"] == name)
+        if name == "gate_1":
+            unfit = {"title": "World does not fit", "detail": "the name gate_1 is in use"}
+            return JSONResponse(unfit, 422, media_type="application/problem+json")
+        sheet |= {"state": "in_force"} if verb == "admit" else {"state": "refused", **(body or {})}
+        return sheet
+
     @app.post("/v1/worlds/{world}/changes/{edition}:undo", dependencies=v1)
     def undo_change(world: str, edition: int) -> Any:
         (undone,) = (one for one in service.changes if one["edition"] == edition)

@@ -130,6 +130,7 @@ class FakeService:
         self.numbers: list[dict[str, Any]] = []
         self.numbers_version = 0
         self.asked_numbers = 0
+        self.factsheets: list[dict[str, Any]] = []
         self.changes: list[dict[str, Any]] = []
         """Editions of the world, newest first."""
         self.tuning: dict[str, Any] = {"version": 0, "delivery": "untouched", "tuning": {}, "set_out": {}}
@@ -380,6 +381,13 @@ class FakeService:
         near = {"when": "after", "words": "is 1.70 m off the approach point of door_1", "holds": False}
         empty = {"when": "before", "words": "holds nothing, jaws open", "holds": True}
         self.trace = {"at_s": 12.0, "stretches": [stretch], "conditions": [empty, near]}
+
+    def announce(self, robot: str) -> None:
+        """A robot that is in no world tells what it is."""
+        sheet = {"repertoire": ["NAVIGATE"], "speed_m_s": 0.4}
+        self.factsheets.append(
+            {"robot": robot, "state": "announced", "reason": "no world has it", "sheet": sheet}
+        )
 
     def declare(self, name: str, verb: str, reason: str = "") -> None:
         match verb:

@@ -109,3 +109,51 @@ def test_what_is_picked_makes_a_goal_again_once_the_editor_is_closed(editing: "P
     editing.locator(".sample-mark[data-name=sample_1] rect").click()
     expect(editing.locator("#pick-note")).to_contain_text("sample_1")
     expect(editing.get_by_test_id("editor")).to_be_hidden()
+
+
+def test_speed_and_packets_of_a_robot_that_is_picked_are_changed(
+    editing: "Page", service: FakeService
+) -> None:
+    from playwright.sync_api import expect
+
+    editing.locator(".robot-mark[data-robot=yard_2]").click()
+    expect(editing.get_by_test_id("edit-robot")).to_have_value("yard_2")
+    speed = editing.get_by_label("Speed in metres a second")
+    expect(speed).to_have_value("0.5")
+    editing.get_by_test_id("edit-change-robot").click()  # nothing is otherwise
+    expect(editing.get_by_test_id("edits").locator("li")).to_have_count(0)
+    speed.fill("0.2")
+    editing.get_by_label("Packets, separated by spaces").fill("NAVIGATE  DOCK")
+    editing.get_by_test_id("edit-change-robot").click()
+    expect(editing.get_by_test_id("edits")).to_contain_text("change robot yard_2: speed_m_s, repertoire")
+    editing.get_by_test_id("edit-reason").fill("a worn wheel")
+    editing.get_by_test_id("edit-make").click()
+    expect(editing.get_by_test_id("changes")).to_contain_text("change robot yard_2")
+    (made,) = service.changes[0]["edits"]
+    assert made == {
+        "edit": "change_robot",
+        "name": "yard_2",
+        "speed_m_s": 0.2,
+        "repertoire": ["NAVIGATE", "DOCK"],
+    }
+
+
+def test_robots_that_have_announced_themselves_are_admitted_or_refused(
+    page: "Page", service: FakeService
+) -> None:
+    from playwright.sync_api import expect
+
+    for robot in ("visitor_1", "visitor_2", "gate_1"):
+        service.announce(robot)
+    page.locator("#as-map").click()
+    page.get_by_test_id("edit-world").click()
+    listed = page.get_by_test_id("announced")
+    expect(listed.locator("li")).to_have_count(3)
+    expect(listed).to_contain_text("visitor_1 NAVIGATE · 0.4 m/s")
+    page.get_by_test_id("admit-visitor_1").click()
+    expect(listed.locator("li")).to_have_count(2)
+    page.get_by_test_id("refuse-visitor_2").click()
+    expect(listed).to_contain_text("refused: refused on the page")
+    page.get_by_test_id("admit-gate_1").click()
+    expect(page.get_by_test_id("edit-problem")).to_contain_text("the name gate_1 is in use")
+    assert [one["state"] for one in service.factsheets] == ["in_force", "refused", "announced"]

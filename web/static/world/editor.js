@@ -4,6 +4,7 @@ import { get, id, post, send } from "../page/api.js";
 import { closest, el, replace, show, svg } from "../page/dom.js";
 import { attempt } from "../page/problem.js";
 import { ruleInWords } from "./drawing.js";
+import { createRobotEditor } from "./editor_robots.js";
 
 const STEP_M = 0.05; // of dragged places
 const LEAST_ZONE_M = 0.2; // what is drawn smaller is a click
@@ -23,12 +24,14 @@ export function createEditor(drawing, world) {
   const speed = el("input", { type: "number", min: 0.05, max: 2, step: 0.05, value: 0.2, hidden: true, "aria-label": "Speed in the next zone, m/s" });
   const reason = el("input", { required: true, maxlength: 2000, placeholder: "Reason", "aria-label": "Reason for the changes", "data-testid": "edit-reason" });
   const make = el("button", { class: "primary", "data-testid": "edit-make" }, "Make the changes");
+  const robots = createRobotEditor(() => path(), box, { add, reload: () => load() });
   const node = el(
     "section",
     { class: "editor", "aria-label": "Editing the world", hidden: true, "data-testid": "editor" },
-    el("p", { class: "quiet small" }, "Drag a place to move it, pick a sample to remove it. Draw a zone on the floor, with the name and rule below; pick one to remove it."),
+    el("p", { class: "quiet small" }, "Drag a place to move it, pick a sample to remove it, a robot to change it. Draw a zone on the floor, with the name and rule below; pick one to remove it."),
     el("form", { class: "row", onsubmit: addSample }, name, "at", place, el("button", { "data-testid": "edit-add" }, "Add sample")),
     el("div", { class: "row" }, "Zone", zoneName, rule, speed),
+    robots.node,
     listed,
     el("form", { class: "row", onsubmit: submit }, reason, make),
     box,
@@ -45,6 +48,7 @@ export function createEditor(drawing, world) {
     const storing = known.layout.locations.filter((/** @type {Place & {capacity: number}} */ one) => one.capacity > 0);
     show(place, storing.map((/** @type {Place} */ one) => el("option", {}, one.name)));
     replace(history, items.map(change));
+    await robots.load(known.layout.robots);
   }
 
   /** @param {WorldEdition} made */
@@ -191,6 +195,7 @@ export function createEditor(drawing, world) {
       if (node.hidden) return false;
       if (kind === "sample") add({ edit: "remove_sample", name: picked });
       else if (kind === "place") place.value = picked;
+      else robots.choose(picked);
       return true;
     },
   };
@@ -219,8 +224,9 @@ const inSteps = (value) => Number((Math.round(value / STEP_M) * STEP_M).toFixed(
 const interval = (one, other) => [inSteps(Math.min(one, other)), inSteps(Math.max(one, other))];
 
 /** @param {WorldEdit} edit */
-function inWords({ edit, name, sample, robot, place, zone, at }) {
+function inWords({ edit, name, sample, robot, place, zone, at, ...values }) {
   const [verb, ...words] = edit.split("_");
-  const where = at ? ` to (${at.join(", ")})` : sample ? ` at ${sample.at}` : zone && ruleInWords(zone) ? `: ${ruleInWords(zone)}` : "";
-  return `${verb} ${words.join(" ")} ${name ?? (sample ?? robot ?? place ?? zone)?.name}${where}`;
+  const zoneRule = zone && ruleInWords(zone);
+  const what = verb === "change" ? `: ${Object.keys(values).join(", ")}` : at ? ` to (${at.join(", ")})` : sample ? ` at ${sample.at}` : zoneRule ? `: ${zoneRule}` : "";
+  return `${verb} ${words.join(" ")} ${name ?? (sample ?? robot ?? place ?? zone)?.name}${what}`;
 }
