@@ -87,12 +87,8 @@ class FactsheetReply:
 class FactsheetKeeper(Protocol):
     """Keeps robots' factsheets."""
 
-    def retry(self, world: str) -> None:
-        """Follow those that had to wait."""
-        ...
-
-    def replies(self, world: str) -> Sequence[FactsheetReply]:
-        """The answers to send now; they then count as sent."""
+    def due(self, world: str) -> Sequence[FactsheetReply]:
+        """Follow those that had to wait; the answers to send now, which then count as sent."""
         ...
 
 
@@ -298,8 +294,7 @@ class AgentModels:
     def _answer_factsheets(self) -> None:
         if self._factsheets is None:
             return
-        self._factsheets.retry(self._world)
-        for reply in self._factsheets.replies(self._world):
+        for reply in self._factsheets.due(self._world):
             refused = reply.state is FactsheetState.REFUSED
             self._communications.send(
                 reply.robot,

@@ -14,7 +14,7 @@ from app.domain.contact import Connection
 from app.domain.errors import NotFound, UnknownWorld
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
-from app.store import Database, FactsheetRow, LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
+from app.store import Database, LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
 from app.store.records import lost_robots, robots_out_of_service
 from robots.world import WorldFile
 
@@ -30,7 +30,6 @@ class RobotReport:
     :param mission_id: the mission that it is reserved for.
     :param lost: set if it was declared lost.
     :param out_of_service: set if it was taken out of service.
-    :param factsheet: the newest one that it has sent.
     """
 
     view: RobotView
@@ -43,7 +42,6 @@ class RobotReport:
     mission_id: str | None
     lost: LostRobotRow | None
     out_of_service: OutOfServiceRow | None
-    factsheet: FactsheetRow | None
 
 
 class RobotDirectory:
@@ -76,20 +74,14 @@ class RobotDirectory:
             missions = _missions_by_robot(session)
             lost = self._by_robot(session, lost_robots)
             resting = self._by_robot(session, robots_out_of_service)
-            sheets = {(row.world, row.robot): row for row in session.scalars(select(FactsheetRow))}
         reports = []
         for name, view in sorted(views.items()):
             key = (view.world, name)
             try:
                 if name in self._worlds[view.world].reached_by:
+                    mission = missions.get(key)
                     reports.append(
-                        self._robot(
-                            view,
-                            missions.get(key),
-                            lost=lost.get(key),
-                            out_of_service=resting.get(key),
-                            factsheet=sheets.get(key),
-                        )
+                        self._robot(view, mission, lost=lost.get(key), out_of_service=resting.get(key))
                     )
             except KeyError:
                 if view.world in self._worlds:  # else it was removed just now
@@ -115,7 +107,6 @@ class RobotDirectory:
         *,
         lost: LostRobotRow | None,
         out_of_service: OutOfServiceRow | None,
-        factsheet: FactsheetRow | None,
     ) -> RobotReport:
         monotonic_s = self._wall.monotonic_s()
         world = self._worlds[view.world]
@@ -133,7 +124,6 @@ class RobotDirectory:
             mission_id=mission_id,
             lost=lost,
             out_of_service=out_of_service,
-            factsheet=factsheet,
         )
 
 

@@ -125,7 +125,12 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(factsheets_router(service.factsheets))
     api.include_router(
         robots_router(
-            service.robots, service.questions, service.tunings, service.lost_robots, service.out_of_service
+            service.robots,
+            service.questions,
+            service.tunings,
+            service.lost_robots,
+            service.out_of_service,
+            service.factsheets,
         )
     )
     api.include_router(teleoperation_router(service.teleoperation))

@@ -379,9 +379,12 @@ class RobotBody(BaseModel):
     out_of_service: OutOfServiceBody | None = Field(
         default=None, description="set if the robot was taken out of service"
     )
-    factsheet: FactsheetBody | None = Field(
-        default=None, description="what the robot told of itself; null if nothing"
-    )
+
+
+class RobotDetailBody(RobotBody):
+    """A robot with what it has told of itself."""
+
+    factsheet: FactsheetBody | None = Field(description="null if it has told nothing")
 
 
 class WorldItem(BaseModel):

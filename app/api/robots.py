@@ -19,12 +19,14 @@ from app.api.bodies import (
     PoseBody,
     Request,
     RobotBody,
+    RobotDetailBody,
 )
 from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id, NameFilter
 from app.api.problems import declared
 from app.api.worlds import TAGS
+from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.out_of_service import OutOfService
 from robots.wire import TRACED_S, PacketTunings, TraceReport
@@ -75,6 +77,7 @@ def robots_router(
     tunings: TuningService,
     lost: LostRobots,
     out_of_service: OutOfService,
+    factsheets: Factsheets,
 ) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
     waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
@@ -84,8 +87,11 @@ def robots_router(
         return Page(items=[_robot(report) for report in robots.robots(world)])
 
     @router.get("/robots/{name}")
-    def get_robot(name: Id) -> RobotBody:
-        return _robot(robots.robot(name))
+    def get_robot(name: Id) -> RobotDetailBody:
+        body = _robot(robots.robot(name))
+        row = factsheets.of_robot(body.world, name)
+        sheet = None if row is None else FactsheetBody.model_validate(row)
+        return RobotDetailBody(**dict(body), factsheet=sheet)
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
     def declare_lost(name: Id, body: Decision | None = None) -> RobotBody:
@@ -204,6 +210,5 @@ def _robot(report: RobotReport) -> RobotBody:
         out_of_service=None
         if report.out_of_service is None
         else OutOfServiceBody.model_validate(report.out_of_service),
-        factsheet=None if report.factsheet is None else FactsheetBody.model_validate(report.factsheet),
         **live,
     )

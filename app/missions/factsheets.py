@@ -7,7 +7,7 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from sqlalchemy import select
+from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from app.agents.agent_models import FactsheetReply, Reception
@@ -83,28 +83,37 @@ class Factsheets:
                     receptions[message.id] = reception or Reception.IGNORED
         return [receptions[message.id] for message in messages]
 
-    def retry(self, world: str) -> None:
-        """Follow the factsheets that a mission stood in the way of, once it does not any longer."""
-        postponed = (FactsheetRow.world == world, FactsheetRow.state == FactsheetState.POSTPONED)
+    def due(self, world: str) -> Sequence[FactsheetReply]:
+        """Follow what had to wait and need not any longer; the answers to send now, which then count as sent.
+
+        A robot that repeats itself gets its answer again.
+        """
+        open_ = or_(FactsheetRow.is_told.is_(False), FactsheetRow.state == FactsheetState.POSTPONED)
+        columns = (FactsheetRow.robot, FactsheetRow.state, FactsheetRow.is_told)
         with self._core.database.read() as session:
-            waiting = session.scalars(select(FactsheetRow.robot).where(*postponed)).all()
-            if not waiting:
-                return
+            found = session.execute(select(*columns).where(FactsheetRow.world == world, open_)).all()
+        postponed = [one.robot for one in found if one.state == FactsheetState.POSTPONED]
+        has_news = self._retry(world, postponed)
+        return self._untold(world) if has_news or any(not one.is_told for one in found) else ()
+
+    def _retry(self, world: str, robots: Sequence[str]) -> bool:
+        """Follow the postponed factsheets that no mission stands in the way of; True if there is one."""
+        if not robots:
+            return False
+        with self._core.database.read() as session:
             missions = self._core.reservations.of_world(session, world)
         needed = frozenset[str]().union(*(one.reservation.names for one in missions))
-        for robot in waiting:
-            if robot not in needed:
-                with self._locked(world) as session:
-                    row = session.get(FactsheetRow, (world, robot), populate_existing=True)
-                    if row is not None and row.state == FactsheetState.POSTPONED:
-                        self._follow(session, row, self._specs(world)[robot])
+        free = [robot for robot in robots if robot not in needed]
+        for robot in free:
+            with self._locked(world) as session:
+                row = session.get(FactsheetRow, (world, robot))
+                spec = self._specs(world).get(robot)
+                if row is not None and row.state == FactsheetState.POSTPONED and spec is not None:
+                    self._follow(session, row, spec)
+        return bool(free)
 
-    def replies(self, world: str) -> Sequence[FactsheetReply]:
-        """The answers that are to be sent now; they then count as sent. A robot that repeats itself gets its again."""
+    def _untold(self, world: str) -> Sequence[FactsheetReply]:
         untold = (FactsheetRow.world == world, FactsheetRow.is_told.is_(False))
-        with self._core.database.read() as session:
-            if session.scalar(select(FactsheetRow.robot).where(*untold).limit(1)) is None:
-                return ()
         with self._locked(world) as session:
             rows = session.scalars(select(FactsheetRow).where(*untold)).all()
             for row in rows:
@@ -118,6 +127,11 @@ class Factsheets:
                 )
                 for row in rows
             ]
+
+    def of_robot(self, world: str, robot: str) -> FactsheetRow | None:
+        """The newest factsheet of a robot; None if it has sent none."""
+        with self._core.database.read() as session:
+            return session.get(FactsheetRow, (world, robot))
 
     def of_world(self, world: str, state: FactsheetState | None = None) -> Sequence[FactsheetRow]:
         """The newest factsheet of each robot that has announced itself, by name.
@@ -165,10 +179,14 @@ class Factsheets:
         sheet = message.body
         assert isinstance(sheet, Factsheet)
         run = session.get_one(WorldRow, world).run or ""
+        spec = self._specs(world).get(message.sender)
         row = session.get(FactsheetRow, (world, message.sender), populate_existing=True)
+        if row is not None and row.state in IN_WORLD and spec is None:  # the world's file was replaced
+            session.delete(row)
+            session.flush()
+            row = None
         if row is not None and row.run == run and (known := _known(row, message, sheet)) is not None:
             return known
-        spec = self._specs(world).get(message.sender)
         if spec is None or self._differs(sheet, spec):
             if not may_change:
                 return None
@@ -249,8 +267,7 @@ class Factsheets:
         if isinstance(edit, ChangeRobot):
             reason = f"{reason}: {', '.join(edit.values)}"
         source = factsheet_of(row.robot)
-        with session.no_autoflush:  # lock order: the world before a row of its robots
-            made = self._changes.make(session, row.world, [edit], actor=actor, source=source, reason=reason)
+        made = self._changes.make(session, row.world, [edit], actor=actor, source=source, reason=reason)
         return made.edition
 
     def _settle(

@@ -208,7 +208,7 @@ class FactsheetRow(Base):
     run: Mapped[str] = mapped_column(String(64))
     message_id: Mapped[str] = mapped_column(ID)
     number: Mapped[int] = mapped_column(BigInteger)
-    sheet: Mapped[dict[str, Any]]
+    sheet: Mapped[dict[str, Any]] = mapped_column(WrittenOnce)
     state: Mapped[str]
     reason: Mapped[str] = mapped_column(default="")
     edition: Mapped[int | None]

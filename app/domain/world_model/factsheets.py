@@ -10,6 +10,8 @@ from app.domain.world_model.edits import AddRobot, ChangeRobot
 from robots.wire import Factsheet
 from robots.world import RobotSpec, WorldFile
 
+RESERVED = frozenset({"fleet", "service"})
+"""Names of others on the link."""
 SAID = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, REACHES})
 """Predicates of what a factsheet says of its robot."""
 
@@ -24,6 +26,8 @@ def addition(name: str, sheet: Factsheet, world: WorldFile) -> AddRobot:
 
     :raises Invalid: if the factsheet describes no robot of this world.
     """
+    if name in RESERVED:
+        raise Invalid(f"no robot may be named {name}", code="name-reserved", thing=name)
     if sheet.start is None:
         raise Invalid(
             f"the factsheet of {name} does not say where it stands (start)", code="factsheet-incomplete"

@@ -223,6 +223,7 @@ def test_a_robot_that_an_operator_refuses_is_told_so_and_stays_refused_unless_it
         ("visitor_1", visitor(home="home_9"), "unknown location 'home_9'"),
         ("visitor_1", visitor(compartment="attic"), "unknown compartment 'attic'"),
         ("door_1", visitor(), "the name door_1 is in use"),
+        ("service", visitor(), "no robot may be named service"),
         ("Visitor", visitor(), "name: String should match pattern"),
         ("yard_1", sheet(body="wheeled"), "yard_1 is simulated with its body"),
         ("yard_1", sheet(repertoire=("FLY",)), "no packet of a repertoire has the tag 'FLY'"),
@@ -288,3 +289,29 @@ def test_all_robots_that_fit_are_admitted_if_the_settings_say_so(
     assert robot(api, "visitor_1")["factsheet"]["edition"] == 1
     assert [one["actor"] for one in events(open_service, "robot.admitted")] == [None]
     assert announced(team, "visitor_2", visitor(compartment="attic")) is FactsheetState.REFUSED
+
+
+def test_a_robot_that_came_into_an_earlier_world_file_is_a_stranger_to_the_next(
+    tmp_path: Path, database_url: str, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+) -> None:
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url, admission="all")
+    other = world_file.model_copy(update={"title": "Another store"})
+    for file, run, state in ((world_file, "run-1", "in_force"), (other, "run-2", "announced")):
+        world = RunningWorld(file=file, link=team.link, clock=team.clock, rate=None, run=run)
+        with Service(settings, [world], worker=worker):
+            assert announced(team, "visitor_1", visitor()) is FactsheetState(state)
+            assert announced(team, "yard_1", sheet(number=7)) is FactsheetState.IN_FORCE
+        settings = settings.model_copy(update={"admission": "operator"})
+
+
+def test_a_robot_says_the_same_again_in_each_run(
+    tmp_path: Path, database_url: str, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+) -> None:
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
+    for run in ("run-1", "run-2"):
+        world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=run)
+        with Service(settings, [world], worker=worker) as service:
+            api = TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"})
+            assert facts(api)["can(yard_1, NAVIGATE)"] == "world file sample_store"
+            assert announced(team, "yard_1", sheet(number=5)) is FactsheetState.IN_FORCE
+            assert facts(api)["can(yard_1, NAVIGATE)"] == "factsheet of yard_1"
