@@ -11,6 +11,7 @@ from robots.wire import (
     Acknowledgement,
     BehaviourPacket,
     BehaviourScript,
+    Factsheet,
     Message,
     Performative,
     ScriptReport,
@@ -217,6 +218,48 @@ def test_a_robot_gets_another_radio() -> None:
     assert not [one for one in simulation.link.receive() if isinstance(one.body, Acknowledgement)]
     run_s(simulation, 1.5)
     assert [one for one in simulation.link.receive() if isinstance(one.body, Acknowledgement)]
+
+
+def test_a_robot_with_software_of_its_own_is_not_simulated() -> None:
+    simulation = simulated()
+    run_s(simulation, 0.5)
+    simulation.take_up(Edition(1, with_robot("yard_1", external=True)))
+    run_s(simulation, 0.5)
+    assert simulation.truth().robots.keys() == {"yard_2", "store_1", "store_2"}
+    document = FILE.model_dump()
+    nobody = [robot | {"external": True} for robot in document["robots"]]
+    simulation.take_up(Edition(2, WorldFile.model_validate({**document, "robots": nobody})))
+    run_s(simulation, 0.5)
+    assert simulation.truth().robots == {}
+    assert simulation.truth().samples["sample_1"].place == "door_1"
+    simulation.take_up(Edition(3, FILE))
+    run_s(simulation, 0.1)
+    assert simulation.truth().robots.keys() == {"yard_1", "yard_2", "store_1", "store_2"}
+
+
+def test_a_robot_tells_what_it_is_when_it_starts_and_once_it_has_changed() -> None:
+    simulation = simulated()
+    run_s(simulation, 0.5)
+
+    def told() -> list[tuple[str, int, int | None, float]]:
+        return [
+            (one.sender, sheet.number, sheet.edition, sheet.speed_m_s)
+            for one in simulation.link.receive()
+            if isinstance(sheet := one.body, Factsheet)
+        ]
+
+    assert sorted(told()) == [(one.name, 0, 0, 0.5) for one in sorted(FILE.robots, key=lambda one: one.name)]
+    snapshot = WorldSnapshot.model_validate_json(simulation.snapshot().model_dump_json())
+    simulation.take_up(Edition(1, with_robot("yard_1", speed_m_s=0.2)))
+    run_s(simulation, 0.5)
+    news = {one for one in told() if one[1] > 0}  # the first ones are repeated: nobody has confirmed them
+    assert news == {("yard_1", 1, 1, 0.2)}
+    resumed = simulated(snapshot)
+    run_s(resumed, 0.5)
+    numbers = {
+        one.sender: one.body.number for one in resumed.link.receive() if isinstance(one.body, Factsheet)
+    }
+    assert set(numbers.values()) == {0}
 
 
 def test_agents_in_processes_of_their_own_go_on_as_in_one() -> None:
