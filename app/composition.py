@@ -226,7 +226,7 @@ class Service:
             absolute_s=settings.margin_s,
             answers_s=self._files.each(lambda file: file.answer_s),
         )
-        self.plans = PlanApproval(core, margin=margin, requests=self._requests)
+        self.plans = PlanApproval(core, margin=margin, requests=self._requests, worlds=self._files)
         problems = ProblemBuilder(
             core,
             worlds=self._files,

@@ -35,6 +35,7 @@ from planner.plan_nets.synchronisation import awaits_of, keep_in_step
 from planner.plan_nets.validation import faults_of
 from planner.problem.interface import (
     UNOBSERVED,
+    Crossing,
     Objective,
     Observer,
     PlanningEngine,
@@ -53,6 +54,7 @@ __all__ = [
     "TEAM_SEPARATOR",
     "UNOBSERVED",
     "CausalLink",
+    "Crossing",
     "Fact",
     "GroundAction",
     "InvalidPlan",

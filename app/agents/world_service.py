@@ -15,11 +15,10 @@ from app.domain.errors import Invalid, Outdated, UnknownWorld
 from app.domain.events import FactsCorrected, NumbersCorrected
 from app.domain.lifecycles.recovery import answer_troubles
 from app.domain.world_model.beliefs import (
-    CLEAR,
+    DERIVED,
     OBJECT_POSITION,
     REACHES,
     ROBOT_POSITION,
-    VACANT,
     Facts,
     belief_change,
     contradiction,
@@ -197,7 +196,7 @@ class WorldService:
             corrected_names = {name for fact in (*news, *gone) for name in fact.args}
             for mission in missions:
                 answer_troubles(mission, lambda trouble: trouble.is_answered_by(corrected_names))
-            unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in {VACANT, CLEAR})
+            unsaid = (f for f in sorted(change.remove - set(gone)) if f.predicate not in DERIVED)
             dropped = symbolic_all(unsaid, self.knowledge_base)
             corrected = FactsCorrected(subject=world, actor=actor, comment=comment, dropped=dropped)
             self._events.append(session, corrected)

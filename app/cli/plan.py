@@ -35,7 +35,7 @@ from planner.alternatives import alternatives
 from planner.errors import UnknownEngine, Unsupported
 from planner.explanation import explain
 from planner.interchange.foreign import ReadProblem, import_problem
-from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
+from planner.interchange.pddl import Form, pddl_of
 from robots.compilation import compile_once, is_compiled, uncompiled
 from robots.world import WorldFile
 
@@ -247,11 +247,11 @@ def _write_pddl(folder: Path, knowledge_base: KnowledgeBase, problem: PlanningPr
     :raises Invalid: if they cannot be written.
     """
     for form, place in ((Form.TEMPORAL, folder), (Form.CLASSICAL, folder / "classical")):
-        words = Vocabulary(knowledge_base, form)
+        domain_text, problem_text = pddl_of(knowledge_base, problem, form)
         try:
             place.mkdir(parents=True, exist_ok=True)
-            (place / "domain.pddl").write_text(domain_text(words))
-            (place / "problem.pddl").write_text(problem_text(words, problem))
+            (place / "domain.pddl").write_text(domain_text)
+            (place / "problem.pddl").write_text(problem_text)
         except OSError as error:
             raise Invalid(f"--pddl: {place} cannot be written: {error.strerror}") from error
 

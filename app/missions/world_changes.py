@@ -27,6 +27,7 @@ from app.domain.world_model.edits import (
     apply_edits,
 )
 from app.domain.world_model.layout import layout_of
+from app.domain.world_model.zones import restricted_places, zones_against
 from app.planning.waiting_goals import WaitingGoals
 from app.store import (
     EditionRow,
@@ -106,7 +107,7 @@ class WorldChanges:
         with self._core.database.read() as session:
             checked = self.checked(session, world, edits, expected)
             compared = self._core.facts.numbers.compared(session, world)
-            return replace(checked, outdated=self._outdated(session, world, checked.edited.facts | compared))
+            return replace(checked, outdated=self._outdated(session, checked.edited, compared))
 
     def change(
         self,
@@ -313,12 +314,14 @@ class WorldChanges:
                 )
 
     def _refuse_needed(self, session: Session, before: WorldFile, edited: EditedWorld) -> None:
-        """Refuse edits of what a running mission still needs, and zones to keep out of with such a place."""
-        closed = edited.world.kept_out.keys() - before.kept_out.keys()
+        """Refuse edits of what a running mission still needs, and zones to keep out of, or for one robot, with such a
+        place."""
+        restricted = restricted_places(edited.world)
+        closed = restricted.keys() - restricted_places(before).keys()
         for mission in self._core.reservations.of_world(session, before.name):
             if needed := sorted(closed & mission.reservation.names):
                 raise Conflict(
-                    f"{edited.world.kept_out[needed[0]]}: mission {mission.mission_id} still needs "
+                    f"{restricted[needed[0]]}: mission {mission.mission_id} still needs "
                     f"{', '.join(needed)}; cancel it, or wait for its end",
                     code=NEEDED,
                     thing=needed[0],
@@ -333,14 +336,22 @@ class WorldChanges:
                         thing=needed[0],
                     )
 
-    def _outdated(self, session: Session, world: str, facts: Facts) -> Sequence[str]:
-        """The open plans that the facts no longer support."""
-        query = select(PlanRow).where(PlanRow.world == world, PlanRow.state == PlanState.PROPOSED)
+    def _outdated(self, session: Session, edited: EditedWorld, compared: Facts) -> Sequence[str]:
+        """The open plans that the facts no longer support, or that do not keep to a zone.
+
+        :param compared: the facts that stand for comparisons of numbers.
+        """
+        world = edited.world
+        query = select(PlanRow).where(PlanRow.world == world.name, PlanRow.state == PlanState.PROPOSED)
         base = self._core.knowledge_base
-        return [
-            plan.id
+        nets = {
+            plan.id: PlanBody.model_validate(plan.body).to_plan_net(base)
             for plan in session.scalars(query.order_by(PlanRow.created_at, PlanRow.id))
-            if broken_support(PlanBody.model_validate(plan.body).to_plan_net(base), facts)
+        }
+        return [
+            plan
+            for plan, net in nets.items()
+            if broken_support(net, edited.facts | compared) or any(zones_against(net, world))
         ]
 
     def _refuse_unknown(self, world: str) -> None:

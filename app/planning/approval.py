@@ -29,6 +29,7 @@ from app.domain.world_model import broken_support, filled_by, taken_by
 from app.domain.world_model.numbers import Term
 from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
+from app.domain.world_model.zones import zones_against
 from app.planning.proposals import WITHOUT_BODY, close_plans, open_plans, plan_row, read_bodies
 from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, NumberRow, PlanRow
@@ -38,6 +39,7 @@ from app.store.standing_holds import standing_holds
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
 from planner import Fact, PlanNet, number_words
+from robots.world import WorldFile
 
 AUTOMATIC = "auto_approve"
 """The actor of decisions on plans whose goals were submitted with `auto_approve`."""
@@ -54,13 +56,15 @@ class PlanApproval:
         *,
         margin: Margin,
         requests: PlanningRequests,
+        worlds: Mapping[str, WorldFile],
     ) -> None:
+        """:param worlds: their newest editions by name."""
         self._database = core.database
         self._events = core.events
         self._workflows = core.workflows
         self._facts = core.facts
         self._plan_nets = core.plan_nets
-        self._staleness = Staleness(core)
+        self._staleness = Staleness(core, worlds)
         self._margin = margin
         self._requests = requests
 
@@ -278,7 +282,8 @@ def _refuse_decided(plan: PlanRow) -> None:
 class Staleness:
     """Compares plans that wait for a decision with the present world."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, worlds: Mapping[str, WorldFile]) -> None:
+        self._worlds = worlds
         self._facts = core.facts
         self._reservations = core.reservations
         self._plan_nets = core.plan_nets
@@ -295,6 +300,7 @@ class Staleness:
         }
         return [
             *(self._change(fact, believed, numbers) for fact in false),
+            *self._against_zones(net, plan.world),
             *self._withdrawn(session, net, plan.world),
             *self._taken(session, net, goal),
             *self._held(session, net, plan.world),
@@ -313,6 +319,11 @@ class Staleness:
 
     def _words(self, fact: Fact) -> str:
         return str(symbolic(fact, self._knowledge_base))
+
+    def _against_zones(self, net: PlanNet, world: str) -> Iterator[str]:
+        """Where the plan does not keep to a zone that was made since."""
+        if world in self._worlds:
+            yield from zones_against(net, self._worlds[world])
 
     def _withdrawn(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
         for lost in lost_robots(session, world):

@@ -5,7 +5,7 @@ from pydantic import BaseModel, Field
 from app.core import Core
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import plan_row
-from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
+from planner.interchange.pddl import Form, pddl_of
 
 
 class PddlBody(BaseModel):
@@ -35,12 +35,12 @@ class PlanExport:
         """
         with self._database.read() as session:
             current = self._problems.current(session, plan_row(session, plan_id))
-        vocabulary = Vocabulary(self._knowledge_base, form)
+        domain, problem = pddl_of(self._knowledge_base, current.problem, form)
         return PddlBody(
             plan_id=plan_id,
             form=form,
             world_version=current.world_version,
             is_current=current.is_current,
-            domain=domain_text(vocabulary),
-            problem=problem_text(vocabulary, current.problem),
+            domain=domain,
+            problem=problem,
         )

@@ -7,7 +7,7 @@ from sqlalchemy import bindparam, select
 from sqlalchemy.orm import Session
 
 from app.domain.events import Belief, FactsChanged, FactsContradicted
-from app.domain.world_model.beliefs import CLEAR, ROBOT_POSITION, VACANT
+from app.domain.world_model.beliefs import DERIVED, ROBOT_POSITION
 from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, UnknownRow, WorldRow
@@ -307,7 +307,7 @@ def _ends_as_expected(old: FactRow, source: str) -> bool:
     """True if a removal corrects no belief: of a derived fact, or of a position whose robot reports a new one."""
     if old.predicate == ROBOT_POSITION:
         return source == source_of(old.args[0])
-    return old.predicate in (VACANT, CLEAR)
+    return old.predicate in DERIVED
 
 
 def _belief(row: FactRow) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.progression import apply_action
 from planner.problem.interface import PlanningProblem
+from planner.problem.zones import ground_action
 
 LONGEST = 300
 """Maximum length of a sequence to shorten: the work grows with its square."""
@@ -107,7 +108,7 @@ class _Shortening:
         if len({(p.type, arguments[p.name]) for p in free}) < len(free):
             return None  # parameters of one type are bound to different objects
         try:
-            action = self._base.ground(like.tag, arguments, problem.functions, objects=problem.objects)
+            action = ground_action(like.tag, arguments, problem, self._base)
         except KnowledgeBaseError:
             return None
         return action if action.agents == like.agents else None

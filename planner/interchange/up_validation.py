@@ -22,6 +22,7 @@ from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.validation import linearisation
 from planner.problem.interface import PlanningProblem
+from planner.problem.zones import ground_action
 
 STRETCH = 50
 
@@ -74,7 +75,7 @@ def _steps(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: Pl
     goals = frozenset(plan_net.goals)
     for action in linearisation(plan_net):
         name = f"{action.id}_{action.tag.lower()}"
-        own = knowledge_base.ground(action.tag, action.arguments, problem.functions, objects=problem.objects)
+        own = ground_action(action.tag, action.arguments, problem, knowledge_base)
         for slot in ("agents", "preconditions", "deletes", "intended_effects", "other_effects"):
             if set(getattr(own, slot)) != set(getattr(action, slot)):
                 raise KnowledgeBaseError(f"{name}: its {slot} are not those of {own}")

@@ -57,11 +57,17 @@ class KnowledgeBase:
     @cached_property
     def fluents(self) -> frozenset[str]:
         """The predicates that some action changes; the others are static."""
-        return frozenset(
+        stated = frozenset(
             literal.predicate
             for op in self.operators
             for literal in (*op.deletes, *op.intended_effects, *op.other_effects)
         )
+        return stated.union(self.held)
+
+    @cached_property
+    def held(self) -> Mapping[str, str]:
+        """The predicates of zones that are clear, and those of the positions by which they are held."""
+        return {name: spec.held_by for name, spec in self.predicates.items() if spec.held_by is not None}
 
     @cached_property
     def mentioned(self) -> frozenset[str]:

@@ -45,6 +45,8 @@ class PredicateSpec(Slot):
     relational: argument 1 is a relation, so the fact is also written rel(args without it).
     sensed: robots can perceive it (if `sensed_when` names arguments: only where one of those has that type).
     make_way: an action may be planned to bring this about though it is only among its other effects.
+    held_by: of a zone: nobody's position, a fact of that predicate, is in it; actions whose agents enter the zone
+     need and end that, and those that leave bring it about, without stating so (`planner.problem.zones`).
     each_time: it tells of something done, such as a picture taken: as a goal it is to be achieved although it is true.
     phrase: what an operator reads where it holds, e.g. `{robot} reaches {location}`; `denial`: where not.
     """
@@ -55,6 +57,7 @@ class PredicateSpec(Slot):
     sensed_when: dict[Word, Word] = Field(default_factory=dict)
     make_way: bool = False
     each_time: bool = False
+    held_by: Word | None = None
     phrase: str = ""
     denial: str = ""
 
@@ -165,6 +168,10 @@ class KnowledgeBaseFile(Slot):
                 f"{where}.relational",
                 f"argument 1 of a relational predicate is a {RELATION}, not {kinds[1:2]}",
             )
+        if predicate.held_by is not None:
+            _known("predicate", predicate.held_by, self.predicates, f"{where}.held_by")
+            if len(predicate.arguments) != 1:
+                raise _at(f"{where}.held_by", f"{name} takes one argument, the zone")
         for argument, type_name in predicate.sensed_when.items():
             _known("argument", argument, predicate.arguments, f"{where}.sensed_when")
             _known("type", type_name, self.types, f"{where}.sensed_when.{argument}")

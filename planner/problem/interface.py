@@ -13,6 +13,15 @@ from planner.problem.timer import Clock, Timer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Crossing:
+    """What a way does to a zone for one agent at a time: both if it leads through."""
+
+    zone: str
+    enters: bool
+    leaves: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningProblem:
     """What is to be planned, in the knowledge base's vocabulary.
 
@@ -21,7 +30,8 @@ class PlanningProblem:
     `deadlines_s` says by when a goal is to be true, seconds from the plan's start (negative if that is over);
     `priorities` how much its lateness counts, higher is more urgent, 0 unless told. `stages` is the order among goals:
     those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told. `numbers` are the
-    numeric facts that the facts of compared quantities follow from; they explain why a goal has no plan.
+    numeric facts that the facts of compared quantities follow from; they explain why a goal has no plan. `crossings`:
+    the zones for one agent at a time that the way from one place to another enters or leaves (`planner.problem.zones`).
     """
 
     objects: Mapping[str, str]
@@ -32,6 +42,12 @@ class PlanningProblem:
     priorities: Mapping[Fact, int] = field(default_factory=dict)
     stages: Mapping[Fact, int] = field(default_factory=dict)
     numbers: Numbers = field(default_factory=dict)
+    crossings: Mapping[tuple[str, str], tuple[Crossing, ...]] = field(default_factory=dict)
+
+    @property
+    def zones(self) -> frozenset[str]:
+        """The zones for one agent at a time."""
+        return frozenset(one.zone for crossed in self.crossings.values() for one in crossed)
 
 
 class Objective(StrEnum):

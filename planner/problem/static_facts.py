@@ -24,7 +24,9 @@ class StaticFacts:
         A static fact about one object alone says what it is: a drill is moved, too.
         """
         placed = {arg for fact in self.facts if len(fact.args) > 1 for arg in fact.args}
-        placed = placed.union(self.robots, *(args for _, args in self._problem.functions))
+        placed = placed.union(
+            self.robots, self._problem.zones, *(args for _, args in self._problem.functions)
+        )
         return frozenset(self._problem.objects.keys() - placed)
 
     def obstacle(self, robot: str, facts: Iterable[Fact], instead_of: str) -> Fact | None:

@@ -18,6 +18,7 @@ from planner.plan_nets.progression import progressed
 from planner.plan_nets.validation import linearisation
 from planner.problem.interface import PlanningProblem
 from planner.problem.static_facts import StaticFacts
+from planner.problem.zones import ground_action
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,9 +103,7 @@ class Remaining:
         if not self.progress.lost.isdisjoint(action.agents):
             return None
         try:
-            return self.knowledge_base.ground(
-                action.tag, action.arguments, problem.functions, objects=problem.objects
-            )
+            return ground_action(action.tag, action.arguments, problem, self.knowledge_base)
         except KnowledgeBaseError:
             return None
 

@@ -131,7 +131,7 @@ class InfraRed:
 
         :param hidden: rovers and the samples in their jaws whose tags they do not see.
         """
-        if not self._rovers or (not running and self._has_read):  # the first time it is compiled, even if nothing is sensed
+        if not self._rovers or (not running and self._has_read):  # the first call compiles, even for nothing
             return {}
         self._has_read = True
         at = _rows(poses.values())

@@ -1,11 +1,12 @@
 """Beliefs about a world: facts in the planner's form, and how news revises them so that they stay consistent.
 
 A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object: a new
-fact about one of them replaces the old one. `vacant` and `clear` are derived from the positions of objects and robots;
-`brought` lasts as long as a robot holds the object, `holds_alone` as long as it holds it alone.
+fact about one of them replaces the old one. `vacant`, `clear` and `zone_clear` are derived from the positions of
+objects and robots; `brought` lasts as long as a robot holds the object, `holds_alone` as long as it holds it alone.
 """
 
-from collections.abc import Collection, Iterable, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from planner import Fact
@@ -25,6 +26,8 @@ HAS_BODY = "has_body"
 HAS_SENSOR = "has_sensor"
 VACANT = "vacant"
 CLEAR = "clear"
+IN_ZONE = "in_zone"
+ZONE_CLEAR = "zone_clear"
 NEAR = "near"
 IN = "in"
 GRIPPER = "gripper"
@@ -33,6 +36,10 @@ FULL = "full"
 
 EXCLUSIVE = frozenset({ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION})
 """Predicates whose facts can be contradicted by other facts."""
+FOLLOWING = frozenset({CLEAR, ZONE_CLEAR})
+"""Predicates whose facts always follow from where robots are."""
+DERIVED = FOLLOWING | {VACANT}
+"""Predicates whose facts follow from where robots and objects are, unless news say otherwise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,11 +86,13 @@ def belief_change(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ())
 def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Facts:
     """The facts after `news` became known and `gone` proved false.
 
-    News wins over older belief. `vacant(l)` as news means that nothing lies there any longer; `clear` is always
-    derived.
+    News wins over older belief. `vacant(l)` as news means that nothing lies there any longer; `clear` and `zone_clear`
+    are always derived.
     """
     kept = set(facts) - set(gone)
-    news = [fact for fact in news if fact.predicate != CLEAR]
+    news = list(news)
+    zones = _zones_of((*facts, *news))
+    news = [fact for fact in news if fact.predicate not in FOLLOWING]
     robots = robots_in(kept)
     exclusive = {fact for fact in kept if fact.predicate in EXCLUSIVE}
     compatible = kept - exclusive
@@ -93,17 +102,17 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
     kept = exclusive | compatible
     places = storing(facts | frozenset(news))
     held = frozenset(fact for fact in kept if not _is_outdated(fact, kept))
-    return _with_derived(_with_grippers(held, _holders(facts), news), places)
+    return _with_derived(_with_grippers(held, _holders(facts), news), places, zones)
 
 
 def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
     """Two of the news that cannot both hold, in whichever order; None if there are none.
 
-    NOTE: `clear` as news is ignored: it is always derived.
+    NOTE: `clear` and `zone_clear` as news are ignored: they are always derived.
     """
     after = revise_beliefs(facts, news)
     for lost in news:
-        if lost in after or lost.predicate == CLEAR:
+        if lost in after or lost.predicate in FOLLOWING:
             continue
         for other in news:
             if other != lost and not {lost, other} <= revise_beliefs(facts, [lost, other]):
@@ -154,15 +163,43 @@ def storing(facts: Facts) -> frozenset[str]:
     return frozenset(vacant | filled)
 
 
-def _with_derived(facts: Facts, places: frozenset[str]) -> Facts:
-    """The facts with `vacant` and `clear` derived from the positions of objects and robots."""
+def robots_in_zones(facts: Facts, spots: Iterable[tuple[str, str]] = ()) -> Mapping[str, frozenset[str]]:
+    """Zone for one robot → the robots that stand in it, where there are some.
+
+    :param spots: locations on the open floor that lie in a zone, and the zone.
+    """
+    areas = {f.args[0]: f.args[1] for f in facts if f.predicate == IN_AREA}
+    zones: dict[tuple[str, str | None], set[str]] = defaultdict(set)
+    for fact in facts:
+        if fact.predicate == IN_ZONE:
+            place, area, zone = fact.args
+            zones[place, area].add(zone)
+    for spot, zone in spots:
+        for any_area in {None, *areas.values()}:
+            zones[spot, any_area].add(zone)
+    inside: dict[str, set[str]] = defaultdict(set)
+    for fact in facts if zones else ():
+        if fact.predicate == ROBOT_POSITION:
+            for zone in zones.get((fact.args[2], areas.get(fact.args[0])), ()):
+                inside[zone].add(fact.args[0])
+    return {zone: frozenset(robots) for zone, robots in inside.items()}
+
+
+def _zones_of(facts: Iterable[Fact]) -> frozenset[str]:
+    """The zones for one robot that the facts name."""
+    return frozenset(fact.args[-1] for fact in facts if fact.predicate in (IN_ZONE, ZONE_CLEAR))
+
+
+def _with_derived(facts: Facts, places: frozenset[str], zones: frozenset[str]) -> Facts:
+    """The facts with `vacant`, `clear` and `zone_clear` derived from the positions of objects and robots."""
     areas = {f.args[0]: f.args[1] for f in facts if f.predicate == IN_AREA}
     filled = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION}
     stands = {(f.args[2], areas.get(f.args[0])) for f in facts if f.predicate == ROBOT_POSITION}
     reached = {(f.args[1], areas[f.args[0]]) for f in facts if f.predicate == REACHES and f.args[0] in areas}
     vacant = {Fact(VACANT, (place,)) for place in places - filled}
     clear = {Fact(CLEAR, pair) for pair in reached if pair not in stands}
-    return frozenset({f for f in facts if f.predicate not in {VACANT, CLEAR}} | vacant | clear)
+    free = {Fact(ZONE_CLEAR, (zone,)) for zone in zones - robots_in_zones(facts).keys()}
+    return frozenset({f for f in facts if f.predicate not in DERIVED} | vacant | clear | free)
 
 
 def _with_grippers(facts: Facts, held_before: frozenset[str], news: Iterable[Fact]) -> Facts:

@@ -14,6 +14,7 @@ from app.domain.world_model.beliefs import (
     HAS_SENSOR,
     IN,
     IN_AREA,
+    IN_ZONE,
     NEAR,
     OBJECT_POSITION,
     OWN_SPOT,
@@ -39,7 +40,7 @@ from robots.world.parts import Architecture, Name, Sonar, Speed, Start, Tag, Tun
 from robots.world.sensors import SensorSpec
 
 Part = TypeVar("Part", Sample, RobotSpec, Location, Zone, Delivery)
-STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, OWN_SPOT, REACHES})
+STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, OWN_SPOT, REACHES})
 """Predicates of what follows from the world alone."""
 
 

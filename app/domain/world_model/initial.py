@@ -12,6 +12,7 @@ from app.domain.world_model.beliefs import (
     HAS_SENSOR,
     IN,
     IN_AREA,
+    IN_ZONE,
     NEAR,
     OBJECT_POSITION,
     OWN_SPOT,
@@ -19,6 +20,7 @@ from app.domain.world_model.beliefs import (
     ROBOT_ATTRIBUTE,
     ROBOT_POSITION,
     VACANT,
+    ZONE_CLEAR,
     Facts,
     contradiction,
     revise_beliefs,
@@ -27,9 +29,10 @@ from app.domain.world_model.beliefs import (
 from app.domain.world_model.berths import resolve_statements
 from app.domain.world_model.problem import LONG_OBJECT, objects_of
 from app.domain.world_model.vocabulary import planner_fact, symbolic_all
+from app.domain.world_model.zones import places_in_zones
 from planner import Fact, KnowledgeBase
 from robots.wire import SymbolicFact
-from robots.world import RobotSpec, WorldFile
+from robots.world import RobotSpec, WorldFile, ZoneRule
 
 HOME_RADIUS_M = 1.5
 """A robot that starts no farther from its home's beacon is believed to be near home (our choice)."""
@@ -48,6 +51,9 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
         layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
     layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.initial_places.items()}
+    if ZONE_CLEAR in knowledge_base.predicates:
+        layout |= {Fact(ZONE_CLEAR, (zone.name,)) for zone in world.zones_of(ZoneRule.ONE_ROBOT)}
+        layout |= {Fact(IN_ZONE, args) for args in places_in_zones(world)}
     objects = objects_of(world)
     stated = [(fact.predicate, fact.args, True) for fact in world.facts]
     extra = [

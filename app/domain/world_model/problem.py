@@ -2,10 +2,21 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
-from app.domain.world_model.beliefs import OBJECT_POSITION, OWN_SPOT, REACHES, ROBOT_POSITION, Facts, spot_of
+from app.domain.world_model.beliefs import (
+    OBJECT_POSITION,
+    OWN_SPOT,
+    REACHES,
+    ROBOT_POSITION,
+    ZONE_CLEAR,
+    Facts,
+    robots_in_zones,
+    spot_of,
+)
 from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
-from planner import Fact, KnowledgeBase, PlanningProblem
+from app.domain.world_model.zones import crossings, spots_in_zones
+from planner import Crossing, Fact, KnowledgeBase, PlanningProblem
 from robots.world import WorldFile, ZoneRule
 from robots.world.file import ROBOT_WIDTH_M
 from robots.world.slopes import Paced, level_way_m
@@ -15,13 +26,17 @@ LOCATION = "location"
 AREA = "area"
 OBJECT = "object"
 LONG_OBJECT = "long_object"
+ZONE = "zone"
 Point = tuple[float, float]
+Crossings = dict[tuple[str, str], tuple[Crossing, ...]]
 
 
 def objects_of(world: WorldFile) -> dict[str, str]:
-    """Every object of the world and its type; each robot's open-floor spot is a location."""
+    """Every object of the world and its type; each robot's open-floor spot is a location, each zone
+    for one robot a zone."""
     named = {place.name: LOCATION for place in world.places}
     named |= {sample.name: LONG_OBJECT if sample.length_m else OBJECT for sample in world.samples}
+    named |= {zone.name: ZONE for zone in world.zones_of(ZoneRule.ONE_ROBOT)}
     for robot in world.robots:
         named |= {robot.name: ROBOT, spot_of(robot.name): LOCATION, world.area_of(robot).name: AREA}
     return named
@@ -43,6 +58,9 @@ def planning_problem(
     :param knowledge_base: leaves out the facts that none of its actions mentions; None: none is.
     """
     objects = objects_of(world)
+    has_zones = knowledge_base is None or ZONE_CLEAR in knowledge_base.predicates
+    if not has_zones:
+        objects = {name: kind for name, kind in objects.items() if kind != ZONE}
     meant = (
         None if knowledge_base is None else knowledge_base.mentioned.union(goal.predicate for goal in goals)
     )
@@ -58,14 +76,45 @@ def planning_problem(
         ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
     }
     # Distances come from all facts, for a robot may drive off a reserved place.
-    functions |= _distances(_points(world, spots or {}), _ways(facts), world)
+    points = _points(world, spots or {})
+    ways = _ways(facts)
+    functions |= _distances(points, ways, world)
+    stands = {spot_of(robot.name): points[spot_of(robot.name)] for robot in world.robots}
+    crossed: Crossings = {}
+    if has_zones and world.zones_of(ZoneRule.ONE_ROBOT):
+        free, crossed = _with_zones(world, free, facts, stands, ways)
     unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
     return PlanningProblem(
         objects={name: kind for name, kind in objects.items() if name not in unused},
         facts=free,
         goals=tuple(goals),
         functions=functions,
+        crossings=crossed,
     )
+
+
+def _with_zones(
+    world: WorldFile,
+    free: Facts,
+    facts: Facts,
+    stands: Mapping[str, Point],
+    ways: Mapping[str, set[str]],
+) -> tuple[Facts, Crossings]:
+    """The free facts without those of zones in which a robot stands on the open floor, and what ways do to zones.
+
+    Where several robots stand in a zone, it is not clear once one of them has left.
+
+    :param facts: all of them. :param stands: by open-floor location.
+    """
+    inside = robots_in_zones(facts, spots_in_zones(world, stands))
+    crossed = {
+        way: tuple(
+            replace(one, leaves=one.enters) if len(inside.get(one.zone, ())) > 1 else one for one in each
+        )
+        for way, each in crossings(world, stands, ways).items()
+    }
+    held = {Fact(ZONE_CLEAR, (zone,)) for zone in inside}
+    return free - held, crossed
 
 
 def _points(world: WorldFile, spots: Mapping[str, Point]) -> dict[str, Point]:

@@ -6,13 +6,13 @@ Two missions that share none of these cannot disturb each other, whatever their 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from app.domain.world_model.beliefs import CLEAR, OBJECT_POSITION, ROBOT_POSITION, TRANSPORTED, robots_in
+from app.domain.world_model.beliefs import FOLLOWING, OBJECT_POSITION, ROBOT_POSITION, TRANSPORTED, robots_in
 from planner import Fact, PlanNet, PlanNetAction
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reservation:
-    """Robots, locations and samples in use."""
+    """Robots, locations (zones for one robot among them) and samples in use."""
 
     robots: frozenset[str] = frozenset()
     locations: frozenset[str] = frozenset()
@@ -59,7 +59,7 @@ def taken_by(plan_net: PlanNet) -> Reservation:
 
 def _taken_by(action: PlanNetAction) -> Reservation:
     facts = [f for f in (*action.preconditions, *action.deletes) if f.predicate != ROBOT_POSITION]
-    facts += [f for f in action.effects if f.predicate != CLEAR]
+    facts += [f for f in action.effects if f.predicate not in FOLLOWING]
     samples = [f for f in facts if f.predicate == TRANSPORTED]  # also names the place that is left
     named = named_in(f for f in facts if f.predicate != TRANSPORTED)
     return union_of([named, _samples_of(samples), Reservation(robots=frozenset(action.agents))])
@@ -90,7 +90,7 @@ def _locations(fact: Fact) -> Sequence[str]:
     match fact.predicate, fact.args:
         case (("robot_position" | "object_position"), (_, _, ref)):
             return (ref,)
-        case (("vacant" | "clear"), (location, *_)):
+        case (("vacant" | "clear" | "zone_clear"), (location, *_)):
             return (location,)
         case "transported", (_, _, _, ref1, _, ref2):
             return (ref1, ref2)
@@ -107,7 +107,7 @@ def is_withheld(fact: Fact, reserved: Reservation) -> bool:
     match fact.predicate, fact.args:
         case (("can" | "in_area"), (robot, _)):
             return robot in reserved.robots
-        case (("clear" | "vacant"), (location, *_)):
+        case (("clear" | "vacant" | "zone_clear"), (location, *_)):
             return location in reserved.locations
         case "reaches", (_, location):
             return location in reserved.locations

@@ -8,12 +8,12 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from app.domain.world_model.beliefs import (
-    CLEAR,
+    DERIVED,
+    IN_ZONE,
     OBJECT_POSITION,
     ROBOT_ATTRIBUTE,
     ROBOT_POSITION,
     TRANSPORTED,
-    VACANT,
     Change,
     Facts,
     revise_beliefs,
@@ -45,12 +45,22 @@ def subjects_of(fact: Fact) -> frozenset[Subject]:
 
 def beliefs_contradicting(fact: Fact, believed: Iterable[DatedFact]) -> list[DatedFact]:
     """The beliefs about the same things as a fact that is not believed."""
+    believed = tuple(believed)
     match fact.predicate, fact.args:
         case "vacant", (place,):
             return [one for one in believed if ("place", place) in subjects_of(one.fact)]
         case "clear", (place, *_):
             return [
                 one for one in believed if one.fact.predicate == ROBOT_POSITION and one.fact.args[2] == place
+            ]
+        case "zone_clear", (zone,):
+            inside = {
+                one.fact.args[0]
+                for one in believed
+                if one.fact.predicate == IN_ZONE and one.fact.args[2] == zone
+            }
+            return [
+                one for one in believed if one.fact.predicate == ROBOT_POSITION and one.fact.args[2] in inside
             ]
         case _:
             about = subjects_of(fact)
@@ -85,8 +95,8 @@ def newer_subjects(
 
 def without_outdated(facts: Facts, change: Change, newer: Collection[Subject]) -> Change:
     """The change without its facts about things about which newer facts are known."""
-    said = [f for f in sorted(change.add) if f.predicate not in (CLEAR, VACANT)]
-    gone = [f for f in sorted(change.remove) if f.predicate not in (CLEAR, VACANT)]
+    said = [f for f in sorted(change.add) if f.predicate not in DERIVED]
+    gone = [f for f in sorted(change.remove) if f.predicate not in DERIVED]
     late = {f for f in (*said, *gone) if not subjects_of(f).isdisjoint(newer)}
     # Whether a gripper is full depends on what is in it.
     places = {f.args[2] for f in late if f.predicate == OBJECT_POSITION}

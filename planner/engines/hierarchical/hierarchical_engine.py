@@ -44,6 +44,7 @@ from planner.problem.interface import (
     Progress,
 )
 from planner.problem.static_facts import StaticFacts
+from planner.problem.zones import holders
 from planner.relaxation import unreachable_goals
 
 WEIGHTS = {
@@ -255,7 +256,15 @@ class _Run:
             return PlanningStatus.TIMED_OUT, None, f"no plan within {self._request.time_limit_s:g} s"
         if isinstance(tasks, Unmet):
             return PlanningStatus.NOT_FOUND, None, f"found no way to {', '.join(map(str, tasks.goals))}"
-        return PlanningStatus.NOT_FOUND, None, "the fragments for the goals cannot be combined"
+        return PlanningStatus.NOT_FOUND, None, f"the fragments for the goals cannot be combined{self._held()}"
+
+    def _held(self) -> str:
+        """The zones for one agent at a time that are not clear, in words; empty if all are."""
+        held = [
+            f"{zone} is held by {' and '.join(agents) or 'another robot'}"
+            for zone, agents in holders(self._problem, self._base)
+        ]
+        return f"; {', '.join(held)}" if held else ""
 
 
 def _without(

@@ -138,7 +138,10 @@ class SchedulingProblemBuilder:
     ) -> int:
         needs = self._shared(action.preconditions, inner)
         adds = self._shared(action.effects, inner)
-        deletes = [fact for fact in self._shared(action.deletes, inner) if fact not in adds]
+        # What passes through a zone has it to itself meanwhile.
+        held = self._classified.knowledge_base.held
+        zones = self._shared([fact for fact in action.deletes if fact.predicate in held])
+        deletes = [fact for fact in self._shared(action.deletes, inner) if fact in zones or fact not in adds]
         self._steps.append(_Step(action=action, agents=agents, needs=needs, deletes=deletes, adds=adds))
         return len(self._steps) - 1
 

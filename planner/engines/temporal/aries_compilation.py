@@ -24,6 +24,7 @@ from unified_planning.model.metrics import MinimizeMakespan
 
 from planner.fact import Fact
 from planner.interchange.pddl import Form, Vocabulary
+from planner.interchange.stated_zones import StatedZones
 from planner.knowledge import KnowledgeBase, Operator
 from planner.problem.duration_table import duration_parameters, duration_table
 from planner.problem.interface import PlanningProblem
@@ -35,8 +36,9 @@ class AriesCompiler:
     """Builds one unified-planning problem: lifted, typed, durative, with the makespan to minimise."""
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-        self._base = knowledge_base
-        self._problem = problem
+        stated = StatedZones(knowledge_base, problem)
+        self._base = knowledge_base = stated.knowledge_base
+        self._problem = problem = stated.problem
         self._words = Vocabulary(knowledge_base, Form.TEMPORAL)
         environment = get_environment()
         self._types = environment.type_manager

@@ -1,4 +1,7 @@
-"""A planning problem as a PDDL problem, for the domain that is written of its knowledge base."""
+"""A planning problem as a PDDL problem, for the domain that is written of its knowledge base.
+
+Both state the problem's zones (`stated_zones`); `pddl_of` writes them together.
+"""
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -7,10 +10,12 @@ from planner.errors import InvalidPlan
 from planner.fact import Fact
 from planner.interchange.pddl.domain import domain_text, section
 from planner.interchange.pddl.vocabulary import Form, Vocabulary
+from planner.interchange.stated_zones import StatedZones
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.expression import scale_term
 from planner.problem.duration_table import duration_table
 from planner.problem.interface import PlanningProblem
+from planner.problem.zones import ground
 
 TENTHS = 10
 
@@ -29,9 +34,10 @@ class PddlTask:
         """:param is_simplified: as `Vocabulary` has it."""
         self.knowledge_base = knowledge_base
         self.problem = problem
-        self._words = Vocabulary(knowledge_base, form, is_simplified=is_simplified)
-        self._problem_text = problem_text(self._words, problem)
-        self._operators = {self._words.operators[op.name]: op for op in knowledge_base.operators}
+        stated = StatedZones(knowledge_base, problem)
+        self._words = Vocabulary(stated.knowledge_base, form, is_simplified=is_simplified)
+        self._problem_text = problem_text(self._words, stated.problem)
+        self._operators = {self._words.operators[name]: op for name, op in stated.original.items()}
 
     def write(self, folder: Path) -> None:
         """Write `domain.pddl` and `problem.pddl`."""
@@ -50,10 +56,18 @@ class PddlTask:
             values = [self._words.objects.original(name) for name in objects]
         except KeyError as error:
             raise InvalidPlan(f"{operator}({', '.join(objects)}): no object {error}") from error
-        action = op.ground(dict(zip(op.parameters, values, strict=True)), self.problem.functions)
+        binding = dict(zip(op.parameters, values, strict=True))
+        action = ground(op, binding, self.problem, self.knowledge_base)
         if action is None:
             raise InvalidPlan(f"{operator}({', '.join(objects)}) has no duration")
         return action
+
+
+def pddl_of(knowledge_base: KnowledgeBase, problem: PlanningProblem, form: Form) -> tuple[str, str]:
+    """The problem as PDDL: the domain's and the problem's text."""
+    stated = StatedZones(knowledge_base, problem)
+    words = Vocabulary(stated.knowledge_base, form)
+    return domain_text(words), problem_text(words, stated.problem)
 
 
 def problem_text(words: Vocabulary, problem: PlanningProblem) -> str:

@@ -101,7 +101,7 @@ class MissionServices:
         self.board = RobotBoard.of(files, clocks=clocks, low_battery=0.1)
         self.waiting = WaitingGoals(self.core)
         requests = PlanningRequests(self.core, clocks=clocks)
-        self.plans = PlanApproval(self.core, margin=Margin(), requests=requests)
+        self.plans = PlanApproval(self.core, margin=Margin(), requests=requests, worlds=files)
         self._engine = ScriptedEngine(plan_net)
         planning: dict[str, Any] = {
             "problems": ProblemBuilder(

@@ -324,6 +324,7 @@ def test_rejecting_the_plan_that_alternatives_are_compared_with_ends_the_search(
         record.core,
         margin=Margin(relative=0.5, absolute_s=10.0, answers_s={}),
         requests=PlanningRequests(record.core, clocks=record.clocks),
+        worlds={},
     )
     approval.reject(first, actor="me")
     goal = record.goal(goal_id)

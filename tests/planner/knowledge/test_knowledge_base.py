@@ -131,7 +131,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
             "robot_position(robots, rel1, ref9)",
             "TRANSPORT, preconditions.0",
         ),
-        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 129, TRANSPORT"),
+        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 140, TRANSPORT"),
         (
             "reaches(robots, ref2)",
             "reached(robots, ref2)",
@@ -230,7 +230,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         (
             "    delete: []",
             "    delete: []\n    delete: [can(robot1, TRACK)]",
-            "line 296, delete: stands here for the second time, first in line 295",
+            "line 307, delete: stands here for the second time, first in line 306",
         ),
     ],
 )

@@ -17,6 +17,7 @@ from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase, Operator
 from planner.problem.interface import UNOBSERVED, PlanningProblem
+from planner.problem.zones import ground
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,7 +106,9 @@ class ProblemFragments:
     def _action(self, op: Operator, args: tuple[str, ...]) -> GroundAction:
         key = op.name, args
         if key not in self._actions:
-            action = op.ground(dict(zip(op.parameters, args, strict=True)), self.problem.functions)
+            action = ground(
+                op, dict(zip(op.parameters, args, strict=True)), self.problem, self._index.knowledge_base
+            )
             assert action is not None, f"{op.name}{args} has no duration"
             self._actions[key] = action
         return self._actions[key]

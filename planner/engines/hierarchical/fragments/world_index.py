@@ -9,6 +9,7 @@ from planner.knowledge import KnowledgeBase, Operator
 from planner.problem.duration_table import duration_parameters
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import ANYONE, AgentClasses
+from planner.problem.zones import ground
 
 Node = str | int
 """A node of the static graph: an object, or the number of a kind of agents."""
@@ -85,15 +86,19 @@ class WorldIndex:
         return {kind: frozenset(names) for kind, names in self.of_type.items()}
 
     def seconds(self, op: Operator, args: Sequence[str]) -> float | None:
-        """The operator's duration with these arguments in its parameters' order; None where undefined. Agents of
-        a kind take the same time, so it is worked out for their first."""
+        """The operator's duration with these arguments in its parameters' order; None where undefined or not
+        possible. Agents of a kind take the same time, so it is worked out for their first."""
+        if len(op.agents) > 1 and self.problem.crossings:
+            binding = dict(zip(op.parameters, args, strict=True))
+            if ground(op, binding, self.problem, self.knowledge_base) is None:
+                return None
         places = self._timed[op.name]
         values = tuple([self._representatives.get(args[place], args[place]) for place in places])
         known = self._seconds[op.name]
         if values not in known:
             names = tuple(op.parameters)
-            binding = {names[place]: value for place, value in zip(places, values, strict=True)}
-            known[values] = op.duration_s(binding, self.problem.functions)
+            timed = {names[place]: value for place, value in zip(places, values, strict=True)}
+            known[values] = op.duration_s(timed, self.problem.functions)
         return known[values]
 
     @cached_property

@@ -11,6 +11,7 @@ from planner.knowledge import GroundAction, Operator
 from planner.knowledge.literal import Literal
 from planner.plan_nets.extraction import fault_of
 from planner.plan_nets.progression import progressed
+from planner.problem.zones import ground
 
 SETUP_STEPS = 2000
 """Maximum number of configurations expanded in the search for one way."""
@@ -182,7 +183,7 @@ class Setups:
             for whole in self._completed(op, full):
                 if any(whole[one] == whole[other] for one, other in op.distinct):
                     continue
-                action = op.ground(whole, self._problem.functions)
+                action = ground(op, whole, self._problem, self._base)
                 if action is not None:
                     yield action
 

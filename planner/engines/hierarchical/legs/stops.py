@@ -13,6 +13,7 @@ from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.knowledge.base import binding_of
 from planner.plan_nets.progression import progressed
+from planner.problem.zones import ground
 
 MAX_MEMBERS = 4
 """Maximum size of a class whose members are varied: in larger ones another member is usually free."""
@@ -162,7 +163,7 @@ class Stops:
             binding = binding_of(op, {**wanted, **op.chosen} if facts is not None else wanted)
             if binding is None or base.misfit(op, binding, problem.objects) is not None:
                 continue
-            found = op.ground(binding, problem.functions)
+            found = ground(op, binding, problem, base)
             if found is None:
                 continue
             agent = found.agents[0]
