@@ -414,6 +414,46 @@ def test_an_area_with_a_place_that_a_mission_needs_is_refused(
     assert mission in refused.json()["detail"]
 
 
+GATE = {"name": "gate", "x": [3.4, 4.6], "y": [0, 3.6], "rule": "one_robot"}
+"""Across the yard, between its doors."""
+
+
+@ON_BOTH
+def test_a_plan_through_a_zone_that_is_new_is_out_of_date(api: TestClient, follow: Follow) -> None:
+    plan = follow(stated(api, "send yard_1 to door_2"), "planned")["plan_id"]
+    edit = {"edit": "add_zone", "zone": GATE}
+    checked = api.post(f"{CHANGES}:check", json={"edits": [edit]}).json()
+    assert checked["outdated_plans"] == [plan]
+    changed(api, edit)
+    refused = api.post(f"/v1/plans/{plan}:approve", json={})
+    assert refused.status_code == 409
+    assert "a1 enters gate, a zone for one robot, without regard to others" in refused.json()["detail"]
+    goal = api.get(f"/v1/plans/{plan}").json()["goal_id"]
+    repaired = follow(f"/v1/goals/{goal}", "planned")["plan_id"]
+    (action,) = api.get(f"/v1/plans/{repaired}").json()["actions"]
+    assert {"predicate": "zone_clear", "args": ["gate"]} in action["preconditions"]
+
+
+@ON_BOTH
+def test_a_mission_holds_the_zone_that_it_enters_and_others_wait_for_it(
+    api: TestClient, follow: Follow, team: FakeTeam
+) -> None:
+    changed(api, {"edit": "add_zone", "zone": GATE})
+    team.faults.silent.add("yard_1")
+    plan = follow(stated(api, "send yard_1 to door_2"), "planned")["plan_id"]
+    mission = api.post(f"/v1/plans/{plan}:approve", json={}).json()["mission_id"]
+    waiting = follow(stated(api, "send yard_2 to door_1"), "waiting", "planned")
+    assert waiting["state"] == "waiting"
+    assert mission in waiting["reason"]
+    refused = change(api, {"edit": "remove_zone", "name": "gate"})
+    assert (refused.status_code, refused.json()["thing"]) == (409, "gate")
+    nook = {"name": "nook", "x": [5, 7], "y": [0, 1], "rule": "one_robot"}
+    refused = change(api, {"edit": "add_zone", "zone": nook})
+    assert (refused.status_code, refused.json()["thing"]) == (409, "door_2")
+    free = follow(stated(api, "send yard_2 to interchange_2"), "planned", "waiting")
+    assert free["state"] == "planned"
+
+
 def test_the_history_is_read_page_by_page(api: TestClient) -> None:
     assert api.get(CHANGES).headers["etag"] == '"0"'
     made = changed(api, NEW)

@@ -77,3 +77,46 @@ def test_a_robot_keeps_to_the_speed_of_a_slow_zone(body: str) -> None:
     free = speeds_m_s(embodied(file, body), "yard_1", ["door_1", "door_2"], zone)
     assert max(free) > 0.4
     assert len(inside) > 2 * len(free)
+
+
+def crossing_hall(rule: ZoneRule) -> WorldFile:
+    """A hall with a zone across it, in which one robot stands; another one is to pass."""
+    return WorldFile.model_validate(
+        {
+            "name": "hall",
+            "compartments": [{"name": "floor", "x": [0, 12], "y": [0, 5]}],
+            "walls": [{"start": [0, y], "end": [12, y]} for y in (0, 5)],
+            "zones": [{"name": "passage", "x": [4.5, 7.5], "y": [0, 5], "rule": rule}],
+            "locations": [
+                {"name": "home_rover", "kind": "home", "at": [0.6, 2.5], "approach_deg": [0], "capacity": 0},
+                {"name": "home_other", "kind": "home", "at": [6.0, 0.6], "approach_deg": [90], "capacity": 0},
+                {"name": "far", "kind": "place", "at": [11.0, 2.5], "approach_deg": [180], "capacity": 0},
+                {"name": "aside", "kind": "place", "at": [11.0, 4.2], "approach_deg": [180], "capacity": 0},
+            ],
+            "robots": [
+                {"name": "rover", "compartment": "floor", "start": [1.4, 2.5, 0], "home": "home_rover"},
+                {"name": "other", "compartment": "floor", "start": [6.0, 1.4, -90], "home": "home_other"},
+            ],
+        }
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_robot_on_an_unplanned_drive_stays_out_of_a_zone_for_one_until_the_other_leaves(seed: int) -> None:
+    with ScriptRunner(crossing_hall(ZoneRule.ONE_ROBOT), seed=seed, jitter_m=0.0) as runner:
+        (zone,) = runner.world.zones
+        counts: list[int] = []
+
+        def note() -> None:
+            poses = runner.simulation.truth().robots
+            counts.append(sum(zone.contains((pose.x_m, pose.y_m)) for pose in poses.values()))
+            if len(counts) == 20 * 20:
+                runner.send([tour("other", ["aside"])])
+
+        assert runner.run([tour("rover", ["far"])], meanwhile=note, timeout_s=120)
+        assert [end.state for end in runner.ended.values()] == [ScriptState.FINISHED] * 2
+        assert max(counts) == 1
+    with ScriptRunner(crossing_hall(ZoneRule.NAMED), seed=seed, jitter_m=0.0) as runner:
+        counts.clear()
+        assert runner.run([tour("rover", ["far"])], meanwhile=note, timeout_s=120)
+        assert max(counts) == 2

@@ -25,6 +25,7 @@ from planner import (
     faults_of,
 )
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.repair import NOT_BEGUN, Course, MissionProgress, repair
 from robots.world import WorldFile, Zone, ZoneRule, load_world
 from robots.world.slopes import within
 from tests.app.sample_store import Store
@@ -256,3 +257,51 @@ def test_edits_change_which_places_are_in_a_zone_and_whether_it_is_clear() -> No
     removed = apply_edits(added.world, [RemoveZone(name="nook")], added.facts, BASE)
     assert removed.facts == facts
     assert removed.undo == (AddZone(zone=NOOK),)
+
+
+CHANGING_SIDES = (near("yard_1", "door_2"), near("yard_2", "door_1"))
+
+
+def stuck_in_gate(world: WorldFile) -> PlanningProblem:
+    """The present problem after yard_1 has stopped on its way, in the gate."""
+    facts = revise_beliefs(initial_facts(world, BASE), [near("yard_1", "yard_1_spot")])
+    spots = {"yard_1_spot": (4.0, 1.0)}
+    return planning_problem(world, facts, CHANGING_SIDES, spots=spots, knowledge_base=BASE)
+
+
+def test_a_repair_has_the_robot_that_stopped_in_a_zone_leave_it_first() -> None:
+    world = with_zones(GATE)
+    net = planned(problem_of(world, *CHANGING_SIDES))
+    present = stuck_in_gate(world)
+    made = repair(HierarchicalEngine(BASE), BASE, net, present, NOT_BEGUN, REQUEST)
+    assert made.plan_net is not None
+    assert faults_of(made.plan_net, made.problem.facts, BASE) == []
+    out, through = sorted(made.plan_net.actions, key=lambda one: one.earliest_start_s)
+    assert (out.agents, through.agents) == (("yard_1",), ("yard_2",))
+    assert CLEAR in out.effects
+    assert CLEAR not in out.preconditions
+    assert [(one.before, one.after) for one in made.plan_net.orderings] == [(out.id, through.id)]
+
+
+def test_a_repair_while_a_robot_passes_keeps_the_others_out_until_it_has() -> None:
+    world = with_zones(GATE)
+    present = problem_of(world, *CHANGING_SIDES)
+    net = planned(present)
+    passing, waiting = sorted(net.actions, key=lambda one: one.earliest_start_s)
+    begun = present.facts - set(passing.deletes)
+    progress = MissionProgress(under_way={passing.id: 5.0}, elapsed_s=7.0)
+    made = repair(HierarchicalEngine(BASE), BASE, net, replace(present, facts=begun), progress, REQUEST)
+    assert made.course is Course.KEPT
+    assert made.plan_net is not None
+    starts = {action.agents: action.earliest_start_s for action in made.plan_net.actions}
+    assert starts == {passing.agents: 0.0, waiting.agents: 5.0}
+
+
+def test_a_zone_that_a_lost_robot_holds_is_named() -> None:
+    world = with_zones(GATE)
+    net = planned(problem_of(world, *CHANGING_SIDES))
+    present = replace(stuck_in_gate(world), goals=CHANGING_SIDES[1:])
+    progress = MissionProgress(lost=frozenset({"yard_1"}))
+    made = repair(HierarchicalEngine(BASE), BASE, net, present, progress, REQUEST)
+    assert made.plan_net is None
+    assert made.result.reason.endswith("gate is held by yard_1")
