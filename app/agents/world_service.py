@@ -27,7 +27,7 @@ from app.domain.world_model.beliefs import (
 from app.domain.world_model.berths import Statement, resolve_statements
 from app.domain.world_model.numbers import Term, Things, check_term, check_value, words_of
 from app.domain.world_model.problem import objects_of
-from app.domain.world_model.vocabulary import symbolic, symbolic_all
+from app.domain.world_model.vocabulary import stated_fact, symbolic, symbolic_all
 from app.store import FactRow, NumberRow, WorldRow
 from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
@@ -267,7 +267,7 @@ class WorldService:
         objects = objects_of(self.world(world))
         said = resolve_statements(changes, self.world(world), facts)
         try:
-            parsed = [(self.knowledge_base.from_relation(p, a, objects), value) for p, a, value in said]
+            parsed = [(stated_fact(p, a, self.knowledge_base, objects), value) for p, a, value in said]
         except KnowledgeBaseError as error:
             raise Invalid(str(error), code="malformed-fact") from error
         return [fact for fact, value in parsed if value], [fact for fact, value in parsed if not value]

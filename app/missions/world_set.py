@@ -18,6 +18,7 @@ from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
+from app.domain.world_model.numbers import initial_numbers
 from app.missions.world_start import UNKNOWN_RUN, start_world_run
 from app.store import (
     AddedWorldRow,
@@ -144,6 +145,7 @@ class WorldSet:
         world = read_world(text, origin, tags=checks.tags, check_tuning=checks.tuning)
         try:
             initial_facts(world, self._core.knowledge_base)
+            initial_numbers(world, self._core.knowledge_base)
         except (KnowledgeBaseError, Invalid) as error:
             raise WorldFileError(f"{origin} is not a valid world:", [f"facts: {error}"]) from error
         return world

@@ -129,8 +129,7 @@ class KnowledgeBase:
         :raises KnowledgeBaseError: if no predicate fits, naming the choices.
         """
         given = tuple(args)
-        # Comparisons follow from numbers; nobody states them.
-        if predicate in self.file.predicates and not self.predicates[predicate].relational:
+        if predicate in self.predicates and not self.predicates[predicate].relational:
             fact = Fact(predicate, given)
             self.check(fact, objects)
             return fact

@@ -28,10 +28,9 @@ from app.domain.world_model.beliefs import (
 )
 from app.domain.world_model.berths import resolve_statements
 from app.domain.world_model.problem import LONG_OBJECT, objects_of
-from app.domain.world_model.vocabulary import planner_fact, symbolic_all
+from app.domain.world_model.vocabulary import stated_fact, symbolic_all
 from app.domain.world_model.zones import places_in_zones
 from planner import Fact, KnowledgeBase
-from robots.wire import SymbolicFact
 from robots.world import RobotSpec, WorldFile, ZoneRule
 
 HOME_RADIUS_M = 1.5
@@ -57,7 +56,7 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     objects = objects_of(world)
     stated = [(fact.predicate, fact.args, True) for fact in world.facts]
     extra = [
-        planner_fact(SymbolicFact(predicate=predicate, args=tuple(args)), knowledge_base, objects)
+        stated_fact(predicate, args, knowledge_base, objects)
         for predicate, args, _ in resolve_statements(stated, world, frozenset(layout))
     ]
     if (pair := contradiction(frozenset(layout), extra)) is not None:

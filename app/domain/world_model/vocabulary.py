@@ -6,7 +6,7 @@ API use the rel/ref form, `in(sample_1, bay_7)` (MACTA §5, "relationship-refere
 
 from collections.abc import Iterable, Mapping
 
-from planner import Fact, KnowledgeBase
+from planner import Fact, KnowledgeBase, KnowledgeBaseError
 from robots.wire import SymbolicFact
 
 
@@ -27,6 +27,21 @@ def planner_fact(fact: SymbolicFact, knowledge_base: KnowledgeBase, objects: Map
     :raises planner.KnowledgeBaseError: if no predicate takes these arguments; the message names the choices.
     """
     return knowledge_base.from_relation(fact.predicate, fact.args, objects)
+
+
+def stated_fact(
+    predicate: str, args: Iterable[str], knowledge_base: KnowledgeBase, objects: Mapping[str, str]
+) -> Fact:
+    """A fact as somebody states it, who cannot state what follows from a number.
+
+    :raises planner.KnowledgeBaseError: as `planner_fact`.
+    """
+    if (comparison := knowledge_base.comparisons.get(predicate)) is not None:
+        number = comparison.of(*args)
+        raise KnowledgeBaseError(
+            f"{predicate} stands for {number}; state the number of {comparison.quantity}"
+        )
+    return knowledge_base.from_relation(predicate, args, objects)
 
 
 def types_in(facts: Iterable[Fact], knowledge_base: KnowledgeBase) -> dict[str, str]:

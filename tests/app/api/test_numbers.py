@@ -8,13 +8,15 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import RunningWorld, Service
+from app.packs.find import load_packs
 from app.planning.goal_service import GoalRequest
-from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
+from planner.engines.registry import engine_named
 from robots.wire import ReadingResult
 from robots.world import WorldFile, load_world
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
+from tests.app.scripted import InProcessWorker
 from tests.databases import ON_BOTH
 from tests.waiting import awaited, read_until
 
@@ -172,18 +174,43 @@ def test_recruiting_leaves_out_a_silent_robot_whose_battery_is_known_to_be_low(
     follow(f"/v1/goals/{other['id']}", "planned")
 
 
+LOOKING = """\
+predicates:
+  looked_at: {arguments: {location: location}}
+quantities:
+  clutter: {arguments: {location: location}, unit: share, range: [0, 1]}
+actions:
+  - identifier: 1
+    name: LOOK
+    parameters: [{name: robot, type: robot}, {name: ref, type: location}]
+    agents: [robot]
+    preconditions: ["robot_position(robot, near, ref)", "can(robot, TRACK)", "battery(robot) >= 0.6"]
+    delete: []
+    intended_effects: ["looked_at(ref)"]
+    other_effects: []
+    duration: 4
+    description: "{robot} looks at {ref}"
+"""
+
+
 @pytest.fixture
-def surveying(
-    tmp_path: Path, database_url: str, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+def looking(
+    tmp_path: Path, database_url: str, world_file: WorldFile, team: FakeTeam
 ) -> Callable[[], Service]:
-    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url, packs=("store", "survey"))
+    """Services in turn with a pack whose one action needs a battery of 60 %."""
+    folder = tmp_path / "looking"
+    folder.mkdir()
+    (folder / "pack.yaml").write_text('name: looking\nversion: "1.0"\nabout: Looks.\nneeds: {store: "1.0"}\n')
+    (folder / "knowledge_base.yaml").write_text(LOOKING)
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url, packs=(str(folder),))
     world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=team.run)
+    worker = InProcessWorker(engine_named("macta", load_packs([str(folder)]).knowledge_base()))
     return lambda: Service(settings, [world], worker=worker)
 
 
 @ON_BOTH
 def test_a_reading_becomes_a_number_and_outlasts_a_restart(
-    surveying: Callable[[], Service], team: FakeTeam
+    looking: Callable[[], Service], team: FakeTeam
 ) -> None:
     team.brings["RELEASE2"] = (
         ReadingResult(name="clutter", of="bay_7", value=0.42),
@@ -196,7 +223,7 @@ def test_a_reading_becomes_a_number_and_outlasts_a_restart(
         rows, _ = service.worlds.numbers("sample_store")
         return {row.term: (row.value, row.source, row.at_s) for row in rows}
 
-    with surveying() as service:
+    with looking() as service:
         request = GoalRequest(world="sample_store", text="move sample_1 to bay_7", auto_approve=True)
         goal = service.goals.submit(request, actor="test").id
         awaited(lambda: service.goals.get(goal), lambda found: found.state == "finished")
@@ -206,5 +233,41 @@ def test_a_reading_becomes_a_number_and_outlasts_a_restart(
         assert source.startswith("report of ")
         assert at_s > 0
         assert not {"clutter(bay_8)", "clutter(yard_1)", "light_lx(bay_7)"} & before.keys()
-    with surveying() as service:
+    with looking() as service:
         assert known(service) == before
+
+
+def test_a_plan_rests_on_the_numbers_that_its_actions_need(looking: Callable[[], Service]) -> None:
+    with looking() as service, TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api:
+
+        def plan() -> dict[str, Any]:
+            body = {"goal": [{"predicate": "looked_at", "args": ["door_1"]}]}
+            goal = api.post("/v1/goals", json=body).json()["id"]
+            decided = {"planned", "unsolvable", "waiting"}
+            return awaited(
+                lambda: api.get(f"/v1/goals/{goal}").json(), lambda found: found["state"] in decided
+            )
+
+        goal = plan()
+        assert api.get(f"/v1/plans/{goal['plan_id']}").json()["robots"] == ["yard_1"], "yard_2 has 50 %"
+        assert state(api, "battery", ["yard_1"], 0.55).status_code == 200
+        refused = api.post(f"/v1/plans/{goal['plan_id']}:approve", json={})
+        assert refused.status_code == 409
+        assert "battery(yard_1) >= 0.6 is no longer true: it is 0.55, operator " in refused.json()["detail"]
+        state(api, "battery", ["yard_1"], 0.25)
+        lacking = plan()
+        assert lacking["state"] == "unsolvable"
+        assert lacking["reason"] == (
+            "LOOK needs battery(robot) >= 0.6; it is 0.25 for yard_1 and 0.5 for yard_2"
+        )
+        state(api, "battery", ["yard_2"], 0.6)
+        again = plan()
+        assert api.get(f"/v1/plans/{again['plan_id']}").json()["robots"] == ["yard_2"]
+
+
+def test_what_follows_from_a_number_is_not_stated_as_a_fact(looking: Callable[[], Service]) -> None:
+    with looking() as service, TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api:
+        facts = [{"predicate": "battery_at_least_0_6", "args": ["yard_2"]}]
+        answer = api.put("/v1/worlds/sample_store/facts", json={"facts": facts})
+        assert (answer.status_code, answer.json()["type"]) == (422, "urn:macta:problem:malformed-fact")
+        assert "stands for battery(yard_2) >= 0.6" in answer.json()["detail"]
