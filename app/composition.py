@@ -240,6 +240,7 @@ class Service:
         self._waiting_goals = WaitingGoals(core)
         self.worlds.numbers_corrected.append(self._waiting_goals.release)
         self.holds = HoldService(core, worlds=self._files, clocks=self.clocks, waiting=self._waiting_goals)
+        self._files.removed.append(self.holds.forget)
         self.board.became_available.append(self._waiting_goals.robot_available)
         self.board.unavailability_changed.append(self._waiting_goals.unavailability_changed)
         self._goal_planning = GoalPlanningJob(

@@ -559,7 +559,9 @@ class HoldBegan(Event, type="hold.began"):
 
 
 class HoldEnded(Event, type="hold.ended"):
-    """The hold's places may be used again; `why`: time, mission, goal, fact, operator (then `actor`) or new_run."""
+    """The hold's places may be used again; `why`: time, mission, goal, fact, operator (then `actor`), new_run or
+    world_removed (then also `actor`).
+    """
 
     world: str
     places: tuple[str, ...]

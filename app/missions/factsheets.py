@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from app.agents.agent_models import FactsheetReply, Reception
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
-from app.domain.errors import Conflict, Invalid, MactaError, NotFound
+from app.domain.errors import Conflict, Invalid, MactaError, NotFound, UnknownWorld
 from app.domain.events import RobotAdmitted, RobotAnnounced, RobotRefused
 from app.domain.lifecycles.factsheet import (
     IN_WORLD,
@@ -381,7 +381,7 @@ class Factsheets:
 
     def _refuse_unknown(self, world: str) -> None:
         if world not in self._worlds:
-            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))
+            raise UnknownWorld(world, self._worlds)
 
 
 def _known(row: FactsheetRow, message: Message, sheet: Factsheet) -> Reception | None:

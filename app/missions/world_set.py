@@ -12,17 +12,21 @@ from sqlalchemy.orm import Session
 from app.agents.running_world import RunningWorld, WorldHost, WorldState
 from app.agents.running_worlds import RunningWorlds
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK
 from app.domain.errors import Busy, Conflict, Invalid, UnknownWorld
 from app.domain.events import WorldAdded, WorldRemoved
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles.hold import HoldEnding
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
 from app.domain.world_model.numbers import initial_numbers
 from app.missions.world_start import UNKNOWN_RUN, start_world_run
+from app.planning.hold_service import end_hold
 from app.store import (
     AddedWorldRow,
     EditionRow,
+    FactsheetRow,
     GoalRow,
     LeaseRow,
     LostRobotRow,
@@ -36,6 +40,7 @@ from app.store import (
     is_unavailable,
 )
 from app.store.editions import WorldDirectory, file_edition, newest_edition
+from app.store.standing_holds import standing_rows
 from app.store.tables import utc_now
 from app.workflows.background import Background
 from planner import KnowledgeBaseError
@@ -218,6 +223,16 @@ class WorldSet:
             _release_abandoned(session, name)  # lock order: scripts before the world
             world = session.get_one(WorldRow, name, with_for_update=True)
             _refuse_in_use(session, name)
+            for hold in standing_rows(session, name):
+                end_hold(
+                    session,
+                    self._core.events,
+                    hold,
+                    HoldEnding.WORLD_REMOVED,
+                    SYSTEM_CLOCK.epoch_s(),
+                    actor=actor,
+                    comment=reason,
+                )
             row.removed_at = utc_now()
             row.removed_by = actor
             row.removal_reason = reason
@@ -370,7 +385,7 @@ def _listed(ids: Sequence[str]) -> str:
 
 def _forget_robots(session: Session, world: str) -> None:
     """Drop what is recorded of the robots' and samples' present state, and the world's lease."""
-    for table in (UnknownRow, LostRobotRow, OutOfServiceRow, TuningRow, LeaseRow):
+    for table in (UnknownRow, LostRobotRow, OutOfServiceRow, TuningRow, FactsheetRow, LeaseRow):
         session.execute(delete(table).where(table.world == world))
 
 

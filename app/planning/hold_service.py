@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
-from app.domain.errors import Busy, NotFound
+from app.domain.errors import Busy, NotFound, UnknownWorld
 from app.domain.events import HoldBegan, HoldEnded
 from app.domain.goal_language.hold_checks import comes_true
 from app.domain.goal_language.issues import GoalIssue, unknown_name
@@ -70,8 +70,7 @@ class HoldService:
         self._clocks = clocks
         self._waiting = waiting
         self._wall_clock = wall_clock
-        self._watched = {name: _Watched() for name in worlds}
-        self._note_change()
+        self._watched: dict[str, _Watched] = {}
         core.database.committed.append(self._note_change)
 
     def issues(
@@ -182,7 +181,10 @@ class HoldService:
 
     def follow(self, world: str) -> None:
         """End the holds whose end has come. Called often; reads only after a change, or at a hold's time."""
-        watched = self._watched[world]
+        watched = self._watched.get(world)
+        if watched is None:
+            watched = self._watched[world] = _Watched()
+            watched.has_changed.set()
         if not watched.has_changed.is_set() and not self._is_time(world, watched):
             return
         watched.has_changed.clear()
@@ -257,13 +259,17 @@ class HoldService:
         session.flush()
         self._waiting.release(session, row.world)
 
+    def forget(self, world: str) -> None:
+        """The world no longer runs."""
+        self._watched.pop(world, None)
+
     def _note_change(self) -> None:
-        for watched in self._watched.values():
+        for watched in tuple(self._watched.values()):
             watched.has_changed.set()
 
     def _refuse_unknown(self, world: str) -> None:
         if world not in self._worlds:
-            raise NotFound(f"unknown world {world!r}", code="unknown-world", choices=sorted(self._worlds))
+            raise UnknownWorld(world, self._worlds)
 
 
 def open_goals(session: Session, world: str) -> tuple[str, ...]:

@@ -31,6 +31,8 @@ class HoldEnding(StrEnum):
     """An operator has ended it."""
     NEW_RUN = "new_run"
     """Its span counts on the clock of a run of the world that is over."""
+    WORLD_REMOVED = "world_removed"
+    """Its world was removed."""
 
 
 _TRANSITIONS: Mapping[HoldState, tuple[HoldState, ...]] = {

@@ -237,6 +237,19 @@ def test_a_world_with_open_goals_or_missions_stays(api: TestClient, host: TeamHo
     removed(api, "hall")
 
 
+def test_places_kept_empty_end_with_their_world(api: TestClient) -> None:
+    added(api, hall("hall"))
+    done = goal(api, "keep bay_7 empty until further notice", "hall")
+    in_state(api, done, "finished", "planned")
+    until(lambda: events(api, "hold.began"))
+    removed(api, "hall", reason="sold")
+    (ended,) = events(api, "hold.ended")
+    assert (ended["world"], ended["why"], ended["comment"]) == ("hall", "world_removed", "sold")
+    added(api, hall("hall"))
+    kept = goal(api, "move sample_1 to bay_7", "hall")
+    assert in_state(api, kept, "finished")["outcome"] == "completed"
+
+
 def test_a_world_is_removed_while_a_mission_runs_in_another(api: TestClient, team: FakeTeam) -> None:
     team.faults.stuck = {"yard_1", "yard_2", "store_1", "store_2"}
     running = goal(api, "move sample_1 to bay_7", "sample_store")
