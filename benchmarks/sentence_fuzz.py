@@ -17,6 +17,8 @@ from datetime import UTC, datetime
 from app.domain.goal_language.check import check_request
 from app.domain.goal_language.completion import completions
 from app.domain.goal_language.grammar import Clarification, Understood, understand
+from app.domain.goal_language.hold_checks import check_holds, emptying_goals
+from app.domain.goal_language.stated_holds import kept_by
 from app.domain.goal_language.syntax import END, grammar
 from app.domain.goal_language.verbs import Kind, Verb, Verbs, shipped_verbs
 from app.domain.world_model import Facts, initial_facts
@@ -57,7 +59,7 @@ def drawn_sentence(chance: random.Random, world: WorldFile, verbs: Verbs) -> str
     names: Sequence[str] = [sample.name for sample in world.samples]
     while True:
         kinds = sorted(state.accepts())
-        is_whole = END in kinds and last in ("WORD", "TIME", "UNIT", "EMPTY")
+        is_whole = END in kinds and last in ("WORD", "TIME", "UNIT", "EMPTY", "ENDED")
         if END in kinds and (len(said) >= LONGEST or chance.random() < (0.25 if is_whole else 0.02)):
             return " ".join(said)
         weights = [_weight(kind, last) for kind in kinds]
@@ -79,6 +81,10 @@ def _weight(kind: str, last: str) -> float:
         return 0.1 if last == "WORD" else 60.0
     if kind == "TO":
         return 20.0 if last == "WORD" else 0.1
+    if kind == "KEEP":
+        return 40.0
+    if kind in ("UNTIL", "FOR", "IS", "ENDED"):
+        return 4.0
     return 3.0 if kind in ("AND", "THEN", "TIME", "ALL", "WITH") else 0.3
 
 
@@ -93,6 +99,8 @@ def _fitting(kind: str, verb: Verb | None, world: WorldFile) -> Sequence[str]:
         return things[verb.object_kind]
     if kind in ("WITH", "WITHOUT"):
         return things[Kind.ROBOT]
+    if kind == "UNTIL":
+        return (*things[Kind.SAMPLE], *things[Kind.ROBOT], "mission-1", "goal-1")
     if kind in ("FROM", "OF"):
         areas = [area.name for one in world.compartments for area in (one, *one.aisles)]
         return (*things[Kind.PLACE], *areas)
@@ -114,7 +122,15 @@ def outcome(
     text: str, world: WorldFile, facts: Facts, knowledge_base: KnowledgeBase, verbs: Verbs
 ) -> Understood | Clarification:
     """What the service makes of the sentence: understood and checked, or asked about and completed."""
-    understood = understand(text, world, facts, verbs=verbs, now=NOW, missions=lambda: {"mission-1": 30.0})
+    understood = understand(
+        text,
+        world,
+        facts,
+        verbs=verbs,
+        now=NOW,
+        missions=lambda: {"mission-1": 30.0},
+        goals=lambda: ("goal-1",),
+    )
     if isinstance(understood, Clarification):
         assert understood.code
         assert understood.detail
@@ -123,8 +139,12 @@ def outcome(
             assert 0 <= start <= end <= len(text), understood
         completions(text, understood, world, facts, verbs)
     else:
-        assert understood.goals
-        check_request(understood.goals, understood.constraints, world, facts, knowledge_base)
+        assert understood.goals or understood.holds
+        constraints = understood.constraints.and_also(kept_by(understood.holds))
+        emptying = emptying_goals(understood.holds, understood.goals, world, facts, within=constraints)
+        more = () if isinstance(emptying, Clarification) else emptying[0]
+        check_holds(understood.holds, world, facts, knowledge_base, NOW)
+        check_request((*understood.goals, *more), constraints, world, facts, knowledge_base)
     return understood
 
 

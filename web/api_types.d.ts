@@ -101,6 +101,14 @@ interface WorldEdition {
   detail: string;
 }
 
+interface Hold {
+  id: string;
+  world: string;
+  places: string[];
+  ends: string;
+  text: string;
+}
+
 interface UnknownThing {
   name: string;
   reason: string;
@@ -146,6 +154,7 @@ interface Constraints {
 interface Terms {
   readings?: Reading[];
   constraints?: Constraints;
+  holds?: { places: string[]; words?: string }[];
 }
 
 interface CheckedSentence extends Terms {

@@ -28,6 +28,7 @@ interface State {
   hasOlder: { goals: boolean; missions: boolean };
   robots: Robot[];
   unknown: UnknownThing[];
+  holds: Hold[];
   /** The robot, sample and plan action that are selected. */
   robot: string | null;
   sample: string | null;

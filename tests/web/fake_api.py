@@ -56,6 +56,7 @@ def add_changes(app: FastAPI, service: FakeService) -> None:
         return items(service.numbers) | {"version": service.numbers_version}
 
     v1 = [Depends(require_token)]
+    add_holds(app, service)
 
     @app.get("/v1/worlds/{world}/changes", dependencies=v1)
     def changes(world: str) -> Any:
@@ -102,6 +103,22 @@ def add_changes(app: FastAPI, service: FakeService) -> None:
         made = note_change({"edits": undone["edits"], "reason": f"undoes edition {edition}"})
         undone["undone_by"] = made["edition"]
         return made
+
+
+def add_holds(app: FastAPI, service: FakeService) -> None:
+    """Places that are kept empty."""
+    v1 = [Depends(require_token)]
+
+    @app.get("/v1/worlds/{world}/holds", dependencies=v1)
+    def holds(world: str) -> Any:
+        return items(service.holds)
+
+    @app.post("/v1/worlds/{world}/holds/{hold_id}:end", dependencies=v1)
+    def end_hold(world: str, hold_id: str) -> Any:
+        (ended,) = (one for one in service.holds if one["id"] == hold_id)
+        service.holds.remove(ended)
+        service.publish("hold.ended", hold_id)
+        return ended
 
 
 def add_goals(app: FastAPI, service: FakeService) -> None:

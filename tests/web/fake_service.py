@@ -117,6 +117,7 @@ class FakeService:
             for robot in self.world.robots
         }
         self.unknown: list[dict[str, Any]] = []
+        self.holds: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
         self.decisions: list[tuple[str, str, str]] = []
         self.stopped: list[tuple[str, str]] = []

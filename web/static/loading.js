@@ -71,7 +71,7 @@ function createListing(path) {
  */
 export function createLoading(store, track) {
   // What has changed since it was last requested, beside goals and missions.
-  const changes = { all: true, plan: false, robots: false, world: false };
+  const changes = { all: true, plan: false, robots: false, world: false, holds: false };
   const robotsOrder = responseOrder();
   /** @type {number | undefined} */
   let retry;
@@ -84,7 +84,7 @@ export function createLoading(store, track) {
 
   async function load() {
     const noted = { ...changes };
-    Object.assign(changes, { all: false, plan: false, robots: false, world: false });
+    Object.assign(changes, { all: false, plan: false, robots: false, world: false, holds: false });
     try {
       await loadChanged(noted);
     } catch (problem) {
@@ -110,12 +110,14 @@ export function createLoading(store, track) {
     const goal = (wanted && (goals.find((one) => one.id === wanted) ?? (await getOrNull(`/v1/goals/${id(wanted)}`)))) || newestFirst(goals)[0] || null;
     const { world } = store.get();
     const isSamePlan = !all && !changed.plan && before.goal?.id === goal?.id;
-    const [details, unknown] = await Promise.all([
+    const about = `/v1/worlds/${id(world ?? "")}`;
+    const [details, unknown, holds] = await Promise.all([
       goalDetails(goal, missions, before, isSamePlan),
-      !world ? [] : all || changed.world ? list(`/v1/worlds/${id(world)}/unknown`) : before.unknown,
+      world && (all || changed.world) ? list(`${about}/unknown`) : before.unknown,
+      world && (all || changed.holds) ? list(`${about}/holds`) : before.holds,
     ]);
-    if (store.get().selected !== wanted) store.update({ unknown }); // another goal was selected meanwhile and is requested next
-    else store.update({ ...lists, selected: goal?.id ?? null, goal, unknown, ...details });
+    if (store.get().selected !== wanted) store.update({ unknown, holds }); // another goal was selected meanwhile and is requested next
+    else store.update({ ...lists, selected: goal?.id ?? null, goal, unknown, holds, ...details });
   }
 
   async function loadRobots() {
@@ -170,8 +172,8 @@ export function createLoading(store, track) {
     if (goal) goalList.markChanged(goal);
     else if (kind === "plan") goalList.markAll();
     if (kind === "plan") changes.plan = true;
-    else if (kind === "world") {
-      changes.world = true;
+    else if (kind === "world" || kind === "hold") {
+      changes[kind === "hold" ? "holds" : "world"] = true;
       changes.plan ||= store.get().plan?.state === "proposed"; // the change may have outdated it
     } else if (!mission && kind !== "goal") changes.all = true;
     if (/^(mission|script|world.(changed|added|removed))/.test(type)) changes.robots = true;
@@ -185,6 +187,7 @@ export function createLoading(store, track) {
     loadRobots,
     onWorldChange() {
       changes.world = true;
+      changes.holds = true;
       refresh();
     },
     /** @param {"goals" | "missions"} name */

@@ -16,7 +16,7 @@ import { mountTheme } from "./page/theme.js";
 import { mountPlan } from "./plan/plan.js";
 import { mountRobots } from "./robots/list.js";
 import { mountWorkbenchButton } from "./workbench/lazy.js";
-import { mountUnknown, mountWorld } from "./world/world.js";
+import { mountWorld } from "./world/world.js";
 
 const CLOCK_MS = 1000;
 const TICKS_PER_ROBOT_REQUEST = 3;
@@ -30,6 +30,7 @@ const store = createStore({
   hasOlder: { goals: false, missions: false },
   robots: [],
   unknown: [],
+  holds: [],
   robot: null,
   sample: null,
   action: null,
@@ -131,14 +132,16 @@ function mountWorldChoice() {
   });
 }
 
-/** The panel's module is fetched when a robot is first chosen. */
-function mountRobotPanelWhenChosen() {
+/**
+ * Fetch and mount a part of the page when it is first needed.
+ * @param {(state: State) => unknown} isNeeded @param {() => Promise<void>} mount
+ */
+function mountWhen(isNeeded, mount) {
   let isWanted = false;
-  store.subscribe(async ({ robot }) => {
-    if (isWanted || robot === null) return;
+  store.subscribe(async (state) => {
+    if (isWanted || !isNeeded(state)) return;
     isWanted = true;
-    const { mountRobotPanel } = await import("./robots/panel.js");
-    mountRobotPanel(store, telemetry, { refresh: refreshAll, workbench });
+    await mount();
     store.update({});
   });
 }
@@ -165,10 +168,10 @@ const picture = mountPlan(store, { viewPlan, refresh: refreshAll });
 const telemetry = createTelemetry();
 store.subscribe((state) => telemetry.setWorld(state.world));
 mountRobots(store);
-mountUnknown(store);
 const workbench = mountWorkbenchButton(store, telemetry);
 const world = mountWorld(store, telemetry, goalForm.write);
-mountRobotPanelWhenChosen();
+mountWhen(({ robot }) => robot, async () => (await import("./robots/panel.js")).mountRobotPanel(store, telemetry, { refresh: refreshAll, workbench }));
+mountWhen(({ unknown, holds }) => unknown.length + holds.length, async () => (await import("./world/notes.js")).mountNotes(store, refreshAll));
 mountMission(store, { refresh: refreshAll, replay });
 followEvents("/v1/events?state=false", {
   onEvent(event) {

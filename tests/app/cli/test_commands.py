@@ -9,8 +9,10 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
+from app.cli.demo import demo
 from app.cli.goal_input import read_goals
 from app.cli.main import app
+from app.packs.find import load_packs
 from robots.world import load_world
 from tests.app.sample_store import Store
 
@@ -274,7 +276,7 @@ def test_what_is_kept_empty_for_some_time_is_planned_with_and_shown() -> None:
     assert "in(sample_1, bay_3)" in flat(result.stdout)
 
 
-def test_keeping_an_empty_place_empty_needs_no_plan() -> None:
+def test_keeping_an_empty_place_empty_needs_no_plan(capsys: pytest.CaptureFixture[str]) -> None:
     result = macta("plan", "--goal", "keep bay_3 empty until further notice")
     assert (result.exit_code, flat(result.stdout).startswith("Nothing to carry out")) == (0, True)
     document = json.loads(macta("plan", "--json", "--goal", "keep bay_3 empty until further notice").stdout)
@@ -282,7 +284,8 @@ def test_keeping_an_empty_place_empty_needs_no_plan() -> None:
         "status": "nothing_to_do",
         "holds": ["will hold bay_3 empty until an operator ends it"],
     }
-    assert "nothing to carry out" in flat(macta("demo", "--goal", "keep bay_3 empty for an hour").stdout)
+    assert demo(load_world("sample_store"), load_packs(()), "keep bay_3 empty for an hour", None, 0) == 0
+    assert "nothing to carry out" in flat(capsys.readouterr().out)
 
 
 def flat(text: str) -> str:

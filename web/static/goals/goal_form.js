@@ -27,9 +27,9 @@ export function mountGoalForm(store, { select, refresh }) {
     const checked = await post("/v1/goals:check", { world: store.get().world, text: text.value }).catch(() => null);
     if (number !== requests || checked === null) return; // the text has changed, or the badge shows that the service is unavailable
     const isEmpty = text.value.trim() === "";
-    hint.textContent = isEmpty ? "" : checked.issue ? checked.issue.detail : `understood: ${facts(checked.goals)}`;
+    hint.textContent = isEmpty ? "" : checked.issue ? checked.issue.detail : `understood: ${facts(checked.goals) || "places are kept empty"}`;
     hint.className = checked.issue || isEmpty ? "hint" : "hint good";
-    showTerms(isEmpty || checked.goals.length === 0 ? [] : termItems(checked));
+    showTerms(isEmpty ? [] : termItems(checked));
     showOffers(document.activeElement === text ? checked.completions : []);
   }
 

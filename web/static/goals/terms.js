@@ -12,12 +12,13 @@ const WORDS = [
 ];
 
 /** The terms as list items; empty if there are none. @param {Terms} terms */
-export function termItems({ readings = [], constraints }) {
+export function termItems({ readings = [], constraints, holds = [] }) {
   const items = readings.map(({ said, means }) => item(`“${said}”`, means.join(said === "then" ? ", then " : ", ")));
   for (const [name, words] of WORDS) {
     const names = constraints?.[name] ?? [];
     if (names.length) items.push(item(words, names.join(", ")));
   }
+  for (const { places, words } of holds) items.push(item("hold", words ?? places.join(", ")));
   return items;
 }
 

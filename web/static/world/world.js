@@ -1,7 +1,6 @@
 // The right pane: the world in three dimensions or as a map, and what is not known of it.
 
-import { byId, el, fetchStyle, replace, show } from "../page/dom.js";
-import { fact, seconds } from "../page/format.js";
+import { byId, el, fetchStyle, replace } from "../page/dom.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { isDark, onTheme } from "../page/theme.js";
 import { createViewFrame } from "./view_frame.js";
@@ -133,23 +132,4 @@ function mountLegend() {
   const lines = el("li", {}, "Arrows: planned ways, in the robots' colours. Lines behind robots: where they were.");
   replace(legend, el("summary", {}, "Legend"), el("ul", { class: "legend" }, keys, lines));
   return legend;
-}
-
-/** Samples without a known place, robots that are lost or do not answer. @param {Store} store */
-export function mountUnknown(store) {
-  const container = byId("unknown", HTMLElement);
-  store.subscribe(({ unknown }) => show(container, unknown.length ? unknownList(unknown) : null));
-}
-
-/** @param {UnknownThing[]} things */
-function unknownList(things) {
-  const lines = things.map(({ name, reason, since_s: since, last_believed: last, earlier_believed: earlier = [] }) => {
-    const when = typeof since === "number" ? `, since ${seconds(since)}` : "";
-    const [believed = "", ...before] = [...(last ? [last] : []), ...earlier].map(
-      (known) => `${fact(known)}, ${known.source} at ${seconds(known.at_s)}`,
-    );
-    const lately = believed && `; last believed ${believed}`;
-    return [el("dt", {}, name), el("dd", {}, [`${reason}${when}${lately}`, ...before].join("; before that "))];
-  });
-  return el("details", { open: true, "data-testid": "unknown" }, el("summary", {}, `Not known (${things.length})`), el("dl", {}, lines));
 }

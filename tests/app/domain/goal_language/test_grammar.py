@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.goal_language.grammar import Clarification, parse_goal
+from app.domain.goal_language.grammar import Clarification, Understood, parse_goal, understand
 from app.domain.goal_language.verbs import shipped_verbs
 from app.domain.goal_language.words import name_in, natural_key, words_of
 from app.domain.world_model import revise_beliefs
@@ -153,6 +153,13 @@ WORDS = [
     "the",
     "yard_1",
     "?",
+    "keep",
+    "empty",
+    "until",
+    "for",
+    "is",
+    "14:30",
+    "minutes",
 ]
 
 
@@ -162,7 +169,9 @@ def test_any_text_gives_goals_of_this_world_or_a_question(text: str) -> None:
     if isinstance(parsed, Clarification):
         assert parsed.detail
     else:
-        assert parsed
+        understood = understand(text, STORE.world, STORE.facts)
+        assert isinstance(understood, Understood)
+        assert parsed or understood.holds
         assert {goal.args[0] for goal in parsed} <= {sample.name for sample in STORE.world.samples}
         assert {goal.args[1] for goal in parsed} <= {place.name for place in STORE.world.locations}
 
