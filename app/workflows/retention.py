@@ -1,4 +1,4 @@
-"""Retention: deletes old events, robots' messages, workflows and goals with their plans, missions and scripts.
+"""Retention: deletes old events, robots' messages, workflows, ended holds, and goals with all that is theirs.
 
 Nothing that an open goal or mission needs is deleted.
 """
@@ -11,9 +11,20 @@ from sqlalchemy import delete, func, or_, select
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
 from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.hold import HoldState
 from app.domain.lifecycles.mission import OPEN
 from app.settings import Settings
-from app.store import Database, EventRow, GoalRow, MessageRow, MissionRow, PlanRow, ResultRow, ScriptRow
+from app.store import (
+    Database,
+    EventRow,
+    GoalRow,
+    HoldRow,
+    MessageRow,
+    MissionRow,
+    PlanRow,
+    ResultRow,
+    ScriptRow,
+)
 from app.store.records import UNENDED_SCRIPT
 from app.workflows import Workflows
 from app.workflows.background import Background
@@ -37,6 +48,7 @@ class Swept:
     messages: int
     workflows: int
     goals: int
+    holds: int
 
 
 class Retention:
@@ -45,7 +57,7 @@ class Retention:
     Events are deleted oldest first and the newest is kept: the remaining ones have no gaps, and numbers never start
     again. All messages of a running mission are kept: their ids prevent them from being recorded twice. A goal is
     deleted together with its plans, missions, scripts and results, but not while an order to stop is to be delivered to
-    a lost robot. Learned durations and facts are kept.
+    a lost robot. Holds that have ended are kept as long as goals. Learned durations and facts are kept.
     """
 
     def __init__(
@@ -96,6 +108,7 @@ class Retention:
             messages=self._in_batches(lambda: self._drop_messages(reported_before)),
             workflows=self._in_batches(lambda: self._workflows.delete_finished(reported_before, BATCH // 10)),
             goals=self._in_batches(lambda: self._drop_goals(over_before)),
+            holds=self._in_batches(lambda: self._drop_holds(over_before)),
         )
 
     def _days_ago(self, days: float) -> str:
@@ -143,6 +156,13 @@ class Retention:
             if not old:
                 return 0
             return session.connection().execute(delete(MessageRow).where(MessageRow.id.in_(old))).rowcount
+
+    def _drop_holds(self, before: str) -> int:
+        ended = (HoldRow.state == HoldState.ENDED, HoldRow.ended_at < before)
+        with self._database.write() as session:
+            old = session.scalars(select(HoldRow.id).where(*ended).limit(BATCH)).all()
+            session.execute(delete(HoldRow).where(HoldRow.id.in_(old)))
+            return len(old)
 
     def _drop_goals(self, before: str) -> int:
         missions = select(MissionRow.id, MissionRow.goal_id, MissionRow.state).subquery()

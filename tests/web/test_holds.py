@@ -5,7 +5,7 @@ import pytest
 from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, expect  # noqa: E402
 
 
 def hold(name: str, *places: str, ends: str) -> dict[str, object]:

@@ -8,13 +8,14 @@ import pytest
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.clock import SYSTEM_CLOCK
+from app.domain.clock import SYSTEM_CLOCK, iso_utc
 from app.store import (
     Database,
     DurationRow,
     EventRow,
     FactRow,
     GoalRow,
+    HoldRow,
     MessageRow,
     MissionRow,
     PlanRow,
@@ -68,11 +69,30 @@ def test_old_events_go_and_numbers_go_on(database: Database, workflows: Workflow
     log = EventLog(database)
     write_events(database, LONG_AGO, LONG_AGO, None, None)
     retention = sweeper(database, workflows)
-    assert retention.sweep() == Swept(events=2, messages=0, workflows=0, goals=0)
+    assert retention.sweep() == Swept(events=2, messages=0, workflows=0, goals=0, holds=0)
     assert kept(database) == [3, 4]
     assert [log.has_forgotten(seen) for seen in (0, 1, 2, 3, 4)] == [True, True, False, False, False]
     write_events(database, None)
     assert kept(database) == [3, 4, 5]
+
+
+def test_holds_that_ended_long_ago_go_and_those_that_stand_stay(
+    database: Database, workflows: Workflows
+) -> None:
+    usual = {"world": "lab", "places": ["bay"], "kept": ["bay"], "until": {}, "goal_id": "g", "text": "keep"}
+    with database.write() as session:
+        session.add(WorldRow(id="lab", title="Lab", layout={}))
+        session.flush()
+        for name, state, ended_at in (
+            ("old", "ended", LONG_AGO),
+            ("new", "ended", iso_utc(SYSTEM_CLOCK.epoch_s())),
+            ("standing", "held", None),
+        ):
+            row = {**usual, "id": name, "state": state, "ended_at": ended_at, "created_by": "me"}
+            session.add(HoldRow(**row, created_at=LONG_AGO))
+    assert sweeper(database, workflows).sweep().holds == 1
+    with database.read() as session:
+        assert set(session.scalars(select(HoldRow.id))) == {"new", "standing"}
 
 
 def test_of_too_many_events_the_newest_are_kept(database: Database, workflows: Workflows) -> None:
