@@ -72,8 +72,8 @@ def read_goals(
     constraints = UNCONSTRAINED
     for one in stated:
         constraints = constraints.and_also(one.constraints).and_also(kept_by(one.holds))
-    if constraints and len(sentences) > 1:  # what a sentence leaves open is chosen within those of all
-        stated = [_stated(sentence, world, facts, verbs, constraints) for sentence in sentences]
+    if len(sentences) > 1:
+        stated = _together(sentences, stated, world, facts, verbs, constraints)
     goals = [goal for one in stated for goal in one.goals]
     stages = [stage for one in stated for stage in one.constraints.stages or (0,) * len(one.goals)]
     holds = [hold for one in stated for hold in one.holds]
@@ -100,6 +100,32 @@ def read_goals(
         readings=[*(reading for one in stated for reading in one.readings), *emptied],
         holds=[HoldPreview.of(hold, _now()) for hold in holds],
     )
+
+
+def _together(
+    sentences: Sequence[str],
+    alone: Sequence[Understood],
+    world: WorldFile,
+    facts: Facts,
+    verbs: Verbs | None,
+    constraints: Constraints,
+) -> list[Understood]:
+    """The sentences, read within the constraints of all; "any bay" is none that another of them aims at.
+
+    :param alone: each as it is read without the others.
+    """
+    stated: list[Understood] = []
+    for index, sentence in enumerate(sentences):
+        before = [goal.args[-1] for one in stated for goal in one.goals if goal.args]
+        after = [place for one in alone[index + 1 :] for place in _named(one)]
+        stated.append(_stated(sentence, world, facts, verbs, constraints, (*before, *after)))
+    return stated
+
+
+def _named(understood: Understood) -> Sequence[str]:
+    """The places that the goals of a sentence aim at, without those that were chosen for it."""
+    chosen = {name for reading in understood.readings for name in reading.means}
+    return [goal.args[-1] for goal in understood.goals if goal.args and goal.args[-1] not in chosen]
 
 
 def _emptying(
@@ -138,10 +164,11 @@ def _stated(
     facts: Facts,
     verbs: Verbs | None,
     beside: Constraints = UNCONSTRAINED,
+    taken: Sequence[str] = (),
 ) -> Understood:
     if FACT.match(sentence):
         return Understood(goals=(_fact(sentence),))
-    understood = understand(sentence, world, facts, verbs=verbs, now=_now(), beside=beside)
+    understood = understand(sentence, world, facts, verbs=verbs, now=_now(), beside=beside, taken=taken)
     if isinstance(understood, Clarification):
         raise understood.refusal()
     return understood

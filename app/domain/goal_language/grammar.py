@@ -70,6 +70,7 @@ def understand(
     missions: Missions = no_missions,
     goals: Goals = no_goals,
     beside: Constraints = UNCONSTRAINED,
+    taken: Sequence[str] = (),
 ) -> Understood | Clarification:
     """What a sentence asks for, or what to ask the operator.
 
@@ -77,25 +78,28 @@ def understand(
     :param now: the service's time in its time zone, for times of day; None: they are not understood.
     :param missions: called if the sentence names a mission; `goals`: if it names a goal.
     :param beside: constraints given beside the sentence; what the sentence leaves open is chosen within them.
+    :param taken: places that goals beside the sentence aim at: "any bay" is none of them.
     """
     known = shipped_verbs() if verbs is None else verbs
     times = Times(now, missions, goals)
-    first = _read(text, known, References(world=world, facts=facts), times)
+    first = _read(text, known, References(world=world, facts=facts), times, taken)
     if isinstance(first, Clarification):
         return first
     applied = first.constraints.and_also(beside).and_also(kept_by(first.holds)).in_world(world)
     if applied == NOTHING_WITHHELD:
         return first
     # Constraints may stand after the choices that they limit: read again, with all of them known.
-    second = _read(text, known, References(world=world, facts=facts, applied=applied), times)
+    second = _read(text, known, References(world=world, facts=facts, applied=applied), times, taken)
     return first if isinstance(second, Clarification) else second
 
 
-def _read(text: str, verbs: Verbs, names: References, times: Times) -> Understood | Clarification:
+def _read(
+    text: str, verbs: Verbs, names: References, times: Times, taken: Sequence[str]
+) -> Understood | Clarification:
     progress = parse(text, verbs)
     if isinstance(progress, Clarification):
         return progress
-    reader = _Reader(text, verbs, names, times)
+    reader = _Reader(text, verbs, names, times, taken)
     asked = reader.read(progress.clauses)
     return asked or reader.understood()
 
@@ -108,6 +112,7 @@ class _Reader:
     verbs: Verbs
     names: References
     times: Times
+    taken: Sequence[str]
     goals: list[SymbolicFact] = field(default_factory=list)
     constraints: Constraints = UNCONSTRAINED
     due: Due | None = None
@@ -284,7 +289,8 @@ class _Reader:
         slot = _slot(verb, Role.OBJECT)
         chosen = []
         for subject in values[slot]:
-            taken = [self.names.world.location_of.get(g.args[-1], g.args[-1]) for g in self.goals]
+            aims = [*self.taken, *(goal.args[-1] for goal in self.goals)]
+            taken = [self.names.world.location_of.get(aim, aim) for aim in aims]
             place = self.names.free_place(target, kind, subject, taken)
             if isinstance(place, Clarification):
                 return place

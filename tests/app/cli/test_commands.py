@@ -268,6 +268,22 @@ def test_a_free_place_is_chosen_within_the_constraints_of_all_goals() -> None:
     assert [str(goal) for goal in stated.goals] == ["in(sample_1, bay_3)", "near(yard_1, home_yard_1)"]
 
 
+@pytest.mark.parametrize(
+    ("sentences", "goals"),
+    [
+        (("move sample_1 to any bay", "move sample_4 to any bay"), ("bay_1", "bay_3")),
+        (("move sample_1 to any bay", "move sample_4 to bay_1"), ("bay_3", "bay_1")),
+        (("in(sample_1, bay_1)", "move sample_4 to any bay"), ("bay_1", "bay_3")),
+    ],
+)
+def test_any_bay_is_none_that_another_goal_aims_at(
+    sentences: tuple[str, str], goals: tuple[str, str]
+) -> None:
+    store = Store()
+    stated = read_goals(store.world, store.facts, sentences, store.base)
+    assert tuple(goal.args[1] for goal in stated.goals) == goals
+
+
 def test_what_is_kept_empty_for_some_time_is_planned_with_and_shown() -> None:
     result = macta("plan", "--goal", "move sample_1 to any bay and keep bay_1 and bay_2 empty for an hour")
     assert result.exit_code == 0, result.output
@@ -284,7 +300,7 @@ def test_keeping_an_empty_place_empty_needs_no_plan(capsys: pytest.CaptureFixtur
         "status": "nothing_to_do",
         "holds": ["will hold bay_3 empty until an operator ends it"],
     }
-    assert demo(load_world("sample_store"), load_packs(()), "keep bay_3 empty for an hour", None, 0) == 0
+    assert demo(load_world("sample_store"), load_packs(("store",)), "keep bay_3 empty for an hour", None, 0) == 0
     assert "nothing to carry out" in flat(capsys.readouterr().out)
 
 
