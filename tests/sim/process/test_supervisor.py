@@ -250,6 +250,28 @@ def test_snapshots_take_no_more_than_their_share_of_the_time(tmp_path: Path) -> 
     assert 0.4 < 10 / 0.5 / len(taken) < 1.1
 
 
+def test_messages_do_not_wait_long_after_one_snapshot_that_took_long(tmp_path: Path) -> None:
+    world = Kept(tmp_path)
+    lasts_s = iter([0.02, 0.3, 0.02])
+    world.file.write = lambda snapshot: world.clock.advance(next(lasts_s))  # type: ignore[method-assign]
+    world.commit.take()
+    world.commit.take()
+    ended_s = world.clock.now_s()
+    world.simulation.hub.link_of("yard_1").send(
+        Message(
+            performative=Performative.INFORM,
+            sender="yard_1",
+            receiver="service",
+            sent_at_s=0,
+            body=Acknowledgement(script_id="s"),
+        )
+    )
+    while not world.said():
+        world.clock.advance(0.01)
+        world.commit.take_if_due()
+    assert world.clock.now_s() - ended_s < 0.25
+
+
 def test_a_world_whose_process_is_killed_goes_on_from_its_snapshot(tmp_path: Path) -> None:
     def start(settings: SnapshotSettings) -> SimulationProcess:
         return SimulationProcess.start(WORLD, seed=1, speed=20.0, snapshots=settings)
