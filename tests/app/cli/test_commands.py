@@ -300,7 +300,9 @@ def test_keeping_an_empty_place_empty_needs_no_plan(capsys: pytest.CaptureFixtur
         "status": "nothing_to_do",
         "holds": ["will hold bay_3 empty until an operator ends it"],
     }
-    assert demo(load_world("sample_store"), load_packs(("store",)), "keep bay_3 empty for an hour", None, 0) == 0
+    assert (
+        demo(load_world("sample_store"), load_packs(("store",)), "keep bay_3 empty for an hour", None, 0) == 0
+    )
     assert "nothing to carry out" in flat(capsys.readouterr().out)
 
 
