@@ -32,6 +32,11 @@ EXAMPLE = [
     {"edit": "move_place", "name": "bay_3", "at": [0.5, 7.8]},
     {"edit": "remove_place", "name": "bay_12"},
     {"edit": "remove_robot", "name": "yard_2"},
+    {
+        "edit": "add_zone",
+        "zone": {"name": "crossing", "x": [3.4, 4.6], "y": [0, 3.6], "rule": "slow", "max_speed_m_s": 0.2},
+    },
+    {"edit": "remove_zone", "name": "crossing"},
 ]
 
 

@@ -21,13 +21,12 @@ def level_way_m(start: Point, end: Point, slopes: Sequence[Slope], limited: Sequ
     :param limited: where a limit holds; of several at a point the least counts, on a slope beside the slope's pace.
     """
     length_m = dist(start, end)
-    if not (slopes or limited):
+    spans = [within(start, end, area) for area in (*slopes, *(area for area, _ in limited))]
+    cuts = {share for span in spans if span is not None for share in span}
+    if not cuts:
         return length_m
-    cuts = {0.0, 1.0}
-    for area in (*slopes, *(area for area, _ in limited)):
-        cuts.update(within(start, end, area) or ())
     total = 0.0
-    for one, other in pairwise(sorted(cuts)):
+    for one, other in pairwise(sorted({0.0, 1.0, *cuts})):
         middle = _along(start, end, (one + other) / 2)
         limit = min((share for area, share in limited if area.contains(middle)), default=1.0)
         total += (other - one) / (pace_at(middle, slopes) * limit)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.world import ZoneRule
 from web.api_types import Fact, Layout, Plan, PlannedAction, RobotTelemetry, Wall
 from web.scene import palette
 from web.scene.building import wall_pieces
@@ -48,6 +49,12 @@ def told(**changes: object) -> RobotTelemetry:
 
 def place(places: SamplePositions, fact: Fact, **changes: object) -> tuple[float, float, float] | None:
     return places.update([fact], {"yard_1": told(**changes)}).get("sample_1")
+
+
+def test_every_rule_of_a_zone_has_a_colour_of_its_own_in_both_themes() -> None:
+    for theme in (palette.LIGHT, palette.DARK):
+        assert set(theme.zones) == set(ZoneRule)
+        assert len(set(theme.zones.values())) == len(ZoneRule)
 
 
 def test_a_sample_lies_where_the_facts_say() -> None:

@@ -4,6 +4,8 @@ import re
 
 import pytest
 
+from app.domain.world_model.edits import changed
+from robots.world import Zone, ZoneRule
 from tests.waiting import until
 from tests.web.fake_service import WORLD, FakeService
 from tests.web.page_controls import hold_first
@@ -20,6 +22,20 @@ def map_of(page: Page) -> Page:
     page.get_by_role("button", name="Map").click()
     expect(page.locator(".sample-mark")).to_have_count(4)
     return page
+
+
+def test_zones_are_drawn_with_their_names_and_rules(page: Page, service: FakeService) -> None:
+    zones = (
+        Zone(name="gate", x=(3, 5), y=(0, 3), rule=ZoneRule.ONE_ROBOT),
+        Zone(name="north", x=(0, 8), y=(6, 9)),
+        Zone(name="yard_end", x=(6, 8), y=(0, 3), rule=ZoneRule.SLOW, max_speed_m_s=0.2),
+    )
+    service.world = changed(service.world, zones=zones)
+    page.reload()
+    page.get_by_role("button", name="Map").click()
+    expect(page.locator(".zone.one_robot[data-name=gate]")).to_contain_text("gate: one robot")
+    expect(page.locator(".zone.named[data-name=north]")).to_have_text("north")
+    expect(page.locator(".zone.slow[data-name=yard_end]")).to_have_text("yard_end: at most 0.2 m/s")
 
 
 def test_a_robot_looked_at_shows_its_synthesis_as_it_goes(page: Page, service: FakeService) -> None:

@@ -41,8 +41,11 @@ def crossings(
         stands = {**_stands_in(area, world), **{spot: (point,) for spot, point in spots.items()}}
         for name, zone in zones:
             inside = {place: _has_any(zone, points) for place, points in stands.items()}
+            beyond = {place: _beyond(zone, points) for place, points in stands.items()}
             for start in stands.keys() & ways.keys():
-                for end in stands.keys() & ways[start] - {start}:
+                for end in stands.keys() & ways[start]:
+                    if start == end or beyond[start] & beyond[end]:
+                        continue
                     if inside[start] or inside[end]:
                         crosses = inside[start] != inside[end]
                     else:
@@ -114,6 +117,18 @@ def _stands(place: Location, area: Aisle) -> tuple[Point, ...]:
     axes = [radians(axis) for axis in place.approach_deg]
     before = [(x + STAND_OFF_M * cos(axis), y + STAND_OFF_M * sin(axis)) for axis in axes]
     return (place.at, *(point for point in before if area.contains(point)))
+
+
+def _beyond(zone: Rectangle, points: Sequence[Point]) -> int:
+    """The sides of the zone beyond which all the points lie, a bit each: a way between two such sides passes by."""
+    (left, right), (low, high) = zone.x, zone.y
+    sides = (
+        all(x < left for x, _ in points),
+        all(x > right for x, _ in points),
+        all(y < low for _, y in points),
+        all(y > high for _, y in points),
+    )
+    return sum(1 << side for side, is_beyond in enumerate(sides) if is_beyond)
 
 
 def _has_any(zone: Rectangle, points: Sequence[Point]) -> bool:

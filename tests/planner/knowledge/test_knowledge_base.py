@@ -195,6 +195,16 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         ),
         ("make_way: true", "make_way: 7", "predicates.clear.make_way"),
         (
+            "held_by: robot_position",
+            "held_by: robot_place",
+            "predicates.zone_clear.held_by: unknown predicate 'robot_place'",
+        ),
+        (
+            "arguments: {zone: zone}",
+            "arguments: {zone: zone, area: area}",
+            "predicates.zone_clear.held_by: zone_clear takes one argument, the zone",
+        ),
+        (
             'phrase: "{robot} reaches',
             'phrase: "{rover} reaches',
             "predicates.reaches.phrase: unknown argument 'rover'",

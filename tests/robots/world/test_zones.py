@@ -1,5 +1,6 @@
 """Zones of a world file: their rules, and the areas of earlier versions."""
 
+from json import dumps
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,7 @@ def test_areas_to_keep_out_of_as_earlier_versions_wrote_them_are_zones() -> None
     world = WorldFile.model_validate(before)
     assert world == WorldFile.model_validate(small(zones=[AREA | {"rule": "keep_out"}]))
     assert world.zones_of(ZoneRule.KEEP_OUT) == world.zones
+    assert WorldFile.model_validate_json(dumps(before)) == world  # as a snapshot has it
     assert "keep_out" in before  # what was given is left as it is
 
 

@@ -17,11 +17,13 @@ from planner import (
     CausalLink,
     Fact,
     Keeping,
+    Observer,
     OrderingReason,
     PlanNet,
     PlanningProblem,
     PlanningRequest,
     PlanningStatus,
+    Progress,
     faults_of,
 )
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
@@ -120,6 +122,25 @@ def test_two_robots_pass_a_zone_one_after_the_other_kept_by_a_clearance() -> Non
     free = planned(problem_of(STORE.world, near("yard_1", "door_2"), near("yard_2", "door_1")))
     assert free.orderings == ()
     assert net.makespan_s == pytest.approx(2 * free.makespan_s, rel=0.01)
+
+
+class Told(Observer):
+    """The makespans that the schedule had."""
+
+    def __init__(self) -> None:
+        self.makespans_s: list[float] = []
+
+    def progress(self, progress: Progress) -> None:
+        if progress.makespan_s is not None:
+            self.makespans_s.append(progress.makespan_s)
+
+
+def test_the_schedule_reckons_with_passing_one_after_the_other() -> None:
+    problem = problem_of(with_zones(GATE), near("yard_1", "door_2"), near("yard_2", "door_1"))
+    told = Told()
+    result = HierarchicalEngine(BASE).plan(problem, PlanningRequest(), told)
+    assert result.plan_net is not None
+    assert told.makespans_s[-1] == pytest.approx(result.plan_net.makespan_s)
 
 
 def test_a_robot_that_stands_in_a_zone_makes_way() -> None:
