@@ -9,13 +9,14 @@ failing is given up.
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar, Generic, TypeVar
 
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.blockers import Blockers
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.plan_document import DifferenceBody, RepairsBody
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
@@ -196,7 +197,27 @@ class _Attempt(Generic[Row, Task]):
             subject = self._job.load(session, self._subject_id, lock=True)
             _goal_of(session, subject).planning = None
             if self._job.attempt_key(subject) == self._key:
-                self._job.conclude(session, subject, self._task, result)
+                self._job.conclude(session, subject, self._task, permitted(self._task.problem, result))
+
+
+def permitted(built: GoalProblem, result: WorkResult[Solutions]) -> WorkResult[Solutions]:
+    """The result without plans that put something in a place that is to be kept empty; without any, why.
+
+    The facts of a problem say that such a place has no room; if it is emptied by the plan itself, they do not.
+    """
+    nets = [] if result.answer is None else [one.result.plan_net for one in result.answer]
+    broken = [built.constraints.broken_by(net) if net is not None else () for net in nets]
+    if result.answer is None or not any(broken):
+        return result
+    kept = tuple(one for one, wrong in zip(result.answer, broken, strict=True) if not wrong)
+    if kept:
+        return replace(result, answer=kept)
+    first = next(wrong for wrong in broken if wrong)
+    return WorkResult(
+        status=PlanningStatus.UNSOLVABLE,
+        reason=f"the plan that was found breaks a constraint: {'; '.join(first)}",
+        waits_for=Blockers(holds=tuple(built.withheld.holds)),
+    )
 
 
 def _goal_of(session: Session, subject: GoalRow | MissionRow) -> GoalRow:

@@ -1,12 +1,14 @@
 """A planning job's turn: its result is recorded, unless the record wants another one, or none, by then."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from sqlalchemy import select
 from sqlalchemy.orm import object_session
 
+from app.domain.goal_language.constraints import AppliedConstraints
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
@@ -14,19 +16,20 @@ from app.domain.mission_organiser import Margin
 from app.planning.alternatives import Alternatives, AlternativesJob, Search
 from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
+from app.planning.job import permitted
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import WorkerClosed
 from app.planning.pool.process import Watch
 from app.planning.pool.waiting_line import Job
-from app.planning.pool.work import Answer, Work, WorkResult
+from app.planning.pool.work import Answer, Solution, Work, WorkResult
 from app.planning.proposals import Proposals, close_plans, open_plans
 from app.planning.requests import PlanningRequests
 from app.planning.waiting_goals import WaitingGoals
 from app.store import Database, GoalRow, PlanRow, WorldRow
 from app.store.migrate import migrate
 from app.workflows import PLAN_WAITING
-from planner import PlanningStatus
-from tests.app.planning.record import WORLD, StoreRecord
+from planner import PlanNet, PlanningResult, PlanningStatus
+from tests.app.planning.record import STORE, WORLD, StoreRecord
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.scripted import InProcessWorker
 
@@ -347,3 +350,29 @@ def test_a_search_that_fails_leaves_the_plan_open(
         assert [plan.id for plan in open_plans(session, goal_id)] == [goal.plan_id]
         close_plans(session, record.events, session.get_one(GoalRow, goal_id), PlanState.EXPIRED, "over")
     assert record.goal(goal_id).alternatives is None
+
+
+def test_a_plan_that_fills_what_is_to_stay_empty_is_not_proposed_and_waits_for_the_hold(
+    record: StoreRecord,
+) -> None:
+    goal_id = record.add_goal()
+    with record.database.read() as session:
+        built = record.problems.build(session, session.get_one(GoalRow, goal_id))
+    over_2 = solution(STORE.store_sample_1())
+    empty = AppliedConstraints(kept_empty=frozenset({"interchange_2"}))
+    held = replace(
+        built,
+        constraints=empty,
+        withheld=replace(built.withheld, holds={"the end of hold h": empty.kept_empty}),
+    )
+    assert permitted(built, WorkResult.solved((over_2,))).answer == (over_2,)
+    refused = permitted(held, WorkResult.solved((over_2,)))
+    assert (refused.answer, refused.waits_for.holds) == (None, ("the end of hold h",))
+    assert refused.reason.endswith("it puts a sample in interchange_2")
+    idle = solution(STORE.plan([], "in(sample_2, bay_2)"))
+    assert permitted(held, WorkResult.solved((over_2, idle))).answer == (idle,)
+
+
+def solution(net: PlanNet) -> Solution:
+    result = PlanningResult(status=PlanningStatus.SOLVED, engine="none", planning_s=0.0, plan_net=net)
+    return Solution(result=result)
