@@ -138,7 +138,8 @@ class ProblemBuilder:
         reserved = all_reserved(held)
         holds = standing_holds(session, goal.world)
         constraints = GoalTerms.from_json(goal.terms).constraints
-        applied = constraints.in_world(world)
+        numbers = self._numbers.for_planner(session, goal.world)
+        applied = constraints.in_world(world, numbers)
         within = applied.keeping_empty(held_places(holds))
         stated = [SymbolicFact.model_validate(fact) for fact in goal.goal]
         kept_off = union_of([reserved, Reservation(locations=within.avoided | within.kept_empty)])
@@ -148,7 +149,6 @@ class ProblemBuilder:
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted if is_known)
         facts = self._facts.counting_for(session, goal.world, goals, since_s=_begun_s(session, goal))
         stages = constraints.stages_of(goals) if is_known else {}
-        numbers = self._numbers.for_planner(session, goal.world)
         facts |= self._knowledge_base.compared(numbers)
         unavailable = {
             **self._resting(numbers),

@@ -39,7 +39,7 @@ def goal_problem(
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
     numbers = Things.of(world).for_planner(initial_numbers(world, knowledge_base))
     known = (facts - knowledge_base.achieved_each_time(wanted)) | knowledge_base.compared(numbers)
-    permitted = constraints.in_world(world).applied_to(known)
+    permitted = constraints.in_world(world, numbers).applied_to(known)
     problem = planning_problem(
         world, permitted, wanted, spots=initial_spots(world), knowledge_base=knowledge_base
     )

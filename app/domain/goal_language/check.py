@@ -11,7 +11,7 @@ from app.domain.goal_language.reachability import chain_from, crews_for, free_fo
 from app.domain.goal_language.words import choices_for, joined, natural_key
 from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
 from app.domain.world_model.berths import berths_of
-from app.domain.world_model.problem import objects_of
+from app.domain.world_model.problem import ROBOT, objects_of
 from app.domain.world_model.vocabulary import planner_fact
 from planner import KnowledgeBase, KnowledgeBaseError
 from robots.wire import SymbolicFact
@@ -67,7 +67,10 @@ def _issues_now(
         issues = tuple(map(_at_the_end, issues))
     if not (constraints or world.kept_out) or any(issue.kind == "invalid" for issue in issues):
         return issues
-    against = check_constraints(constraints, goals, world, facts)
+    against = (
+        *_unknown_quantities(constraints, knowledge_base),
+        *check_constraints(constraints, goals, world, facts),
+    )
     if against or blocking(issues):
         return (*against, *issues)
     applied = constraints.in_world(world)
@@ -84,6 +87,15 @@ def _issues_now(
         for issue in limited
     )
     return (*issues, *tight)
+
+
+def _unknown_quantities(constraints: Constraints, knowledge_base: KnowledgeBase) -> Iterator[GoalIssue]:
+    known = [
+        name for name, spec in knowledge_base.quantities.items() if tuple(spec.arguments.values()) == (ROBOT,)
+    ]
+    for quantity in constraints.at_least:
+        if quantity not in known:
+            yield unknown_name("quantity", quantity, known)
 
 
 def _at_the_end(issue: GoalIssue) -> GoalIssue:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
+from math import inf
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -12,7 +13,7 @@ from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import IN, VACANT, Facts, place_of, position_of
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.reservation import Reservation, filled_by, is_withheld, taken_by
-from planner import Fact, PlanNet
+from planner import Fact, Numbers, PlanNet, number_words
 from robots.wire import SymbolicFact
 from robots.world import WorldFile, ZoneRule
 
@@ -37,6 +38,12 @@ class Constraints(BaseModel):
     after: Names = Field(
         default=(), description="missions, by id, that have ended before the goal is planned"
     )
+    at_least: dict[Name, Annotated[float, Field(allow_inf_nan=False)]] = Field(
+        default_factory=dict,
+        max_length=20,
+        description="only robots act of which these numeric facts are at least so much when the plan is made",
+        examples=[{"battery": 0.4}],
+    )
     stages: tuple[Annotated[int, Field(ge=0, le=MAX_NAMES)], ...] = Field(
         default=(),
         description="for each goal its stage; a stage is begun once the goals of the earlier ones are achieved; empty: "
@@ -45,7 +52,13 @@ class Constraints(BaseModel):
 
     def __bool__(self) -> bool:
         return bool(
-            self.robots or self.without or self.avoid or self.keep_empty or self.after or any(self.stages)
+            self.robots
+            or self.without
+            or self.avoid
+            or self.keep_empty
+            or self.after
+            or self.at_least
+            or any(self.stages)
         )
 
     def and_also(self, other: "Constraints") -> "Constraints":
@@ -61,6 +74,10 @@ class Constraints(BaseModel):
             avoid=_union(self.avoid, other.avoid),
             keep_empty=_union(self.keep_empty, other.keep_empty),
             after=_union(self.after, other.after),
+            at_least={
+                name: max(given[name] for given in (self.at_least, other.at_least) if name in given)
+                for name in (*self.at_least, *other.at_least)
+            },
             stages=self.stages or other.stages,
         )
 
@@ -74,13 +91,17 @@ class Constraints(BaseModel):
             ("keeping empty:", self.keep_empty),
             ("after", self.after),
         )
-        return tuple(f"{said} {joined(names, last='and')}" for said, names in parts if names)
+        least = tuple(f"{name} >= {number_words(number)}" for name, number in self.at_least.items())
+        return (
+            *(f"{said} {joined(names, last='and')}" for said, names in parts if names),
+            *((f"only with robots of {joined(least, last='and')}",) if least else ()),
+        )
 
-    def in_world(self, world: WorldFile) -> "AppliedConstraints":
+    def in_world(self, world: WorldFile, numbers: Numbers | None = None) -> "AppliedConstraints":
         """The constraints on the robots and places of this world, and those of its zones to keep out of."""
         areas = tuple(zone.name for zone in world.zones_of(ZoneRule.KEEP_OUT))
         return AppliedConstraints(
-            excluded=frozenset(robot.name for robot in world.robots if not self._allows(robot.name)),
+            excluded=frozenset(robot.name for robot in world.robots if not self._allows(robot.name, numbers)),
             avoided=_places(self.avoid, world).union(world.kept_out),
             kept_empty=_places(self.keep_empty, world),
             words=(*self.words, *((f"keeping out of {joined(areas, last='and')}",) if areas else ())),
@@ -91,8 +112,11 @@ class Constraints(BaseModel):
         stages = dict(zip(goals, self.stages, strict=True)) if self.stages else {}
         return stages if len(set(stages.values())) > 1 else {}
 
-    def _allows(self, robot: str) -> bool:
-        return robot not in self.without and (not self.robots or robot in self.robots)
+    def _allows(self, robot: str, numbers: Numbers | None) -> bool:
+        enough = numbers is None or all(
+            numbers.get((quantity, (robot,)), -inf) >= number for quantity, number in self.at_least.items()
+        )
+        return enough and robot not in self.without and (not self.robots or robot in self.robots)
 
 
 UNCONSTRAINED = Constraints()

@@ -29,6 +29,7 @@ def test_a_sentence_that_is_understood_is_what_would_be_planned(shared_api: Test
             "avoid": [],
             "keep_empty": [],
             "after": [],
+            "at_least": {},
             "stages": [],
         },
         "deadline_s": None,

@@ -265,6 +265,30 @@ def test_a_plan_rests_on_the_numbers_that_its_actions_need(looking: Callable[[],
         assert api.get(f"/v1/plans/{again['plan_id']}").json()["robots"] == ["yard_2"]
 
 
+def test_a_goal_may_ask_for_robots_with_a_number_of_at_least_so_much(api: TestClient, follow: Follow) -> None:
+    def submit(least: float) -> str:
+        body = {"text": "move sample_2 to door_2", "constraints": {"at_least": {"battery": least}}}
+        return f"/v1/goals/{api.post('/v1/goals', json=body).json()['id']}"
+
+    planned = follow(submit(0.6), "planned")
+    plan = api.get(f"/v1/plans/{planned['plan_id']}").json()
+    assert "yard_1" in plan["robots"]
+    assert "yard_2" not in plan["robots"]
+    assert planned["constraints"]["at_least"] == {"battery": 0.6}
+    for robot in ("yard_1", "yard_2"):
+        state(api, "battery", [robot], 0.55)
+    lacking = follow(submit(0.6), "unsolvable")["reason"]
+    assert lacking.endswith("only with robots of battery >= 0.6")
+
+
+def test_a_goal_asks_for_numbers_of_robots_only(api: TestClient) -> None:
+    for quantity in ("batery", "samples"):
+        body = {"text": "move sample_2 to door_2", "constraints": {"at_least": {quantity: 0.4}}}
+        answer = api.post("/v1/goals", json=body)
+        assert (answer.status_code, answer.json()["type"]) == (422, "urn:macta:problem:unknown-quantity")
+        assert set(answer.json()["choices"]) == {"battery", "load"}
+
+
 def test_what_follows_from_a_number_is_not_stated_as_a_fact(looking: Callable[[], Service]) -> None:
     with looking() as service, TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api:
         facts = [{"predicate": "battery_at_least_0_6", "args": ["yard_2"]}]
