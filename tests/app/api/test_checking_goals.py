@@ -35,6 +35,7 @@ def test_a_sentence_that_is_understood_is_what_would_be_planned(shared_api: Test
         "deadline_s": None,
         "due": None,
         "readings": [],
+        "holds": [],
         "issue": None,
         "completions": [],
     }
