@@ -33,16 +33,20 @@ class Simulation(Link, Clock, Protocol):
 class LateSimulation:
     """Implements `robots.link.Link`, `robots.clock.Clock` and `Driver` for a simulation that a thread starts.
 
-    Until its run is taken up, no message passes and its clock shows 0. Thread-safe.
+    Until its run is taken up, no message passes. Until it is built, its clock stands still. Thread-safe.
     """
 
-    def __init__(self, name: str, start: Callable[[Callable[[str], None]], Simulation]) -> None:
+    def __init__(
+        self, name: str, start: Callable[[Callable[[str], None]], Simulation], *, began_s: float = 0.0
+    ) -> None:
         """
         :param start: starts the simulation, paused, and returns once it is built; it is given what tells the progress,
             and raises `MactaError` if the world cannot be built.
+        :param began_s: what the clock shows until then: the last time that is known of a world that is resumed.
         """
         self._name = name
         self._start = start
+        self._began_s = began_s
         self._lock = threading.Lock()
         self._changed = threading.Event()
         self._simulation: Simulation | None = None
@@ -105,7 +109,7 @@ class LateSimulation:
         return "" if self._simulation is None else self._simulation.not_resumed_because
 
     def now_s(self) -> float:
-        return 0.0 if self._simulation is None else self._simulation.now_s()
+        return self._began_s if self._simulation is None else self._simulation.now_s()
 
     def send(self, message: Message) -> None:
         """Dropped before the run is taken up, as by radio."""

@@ -44,14 +44,13 @@ class SimulationHost:
 
         :raises SimulationError: if it cannot be built.
         """
-        database = self.settings.resolved_database_url()
         simulation = SupervisedWorld.start(
             world,
-            self._snapshots(run=recorded_run(database, world.name) or None),
+            self._snapshots(run=self._recorded_run(world)),
             seed=self.seed,
             speed=self.speed if rate is None else rate,
             jitter_m=0.0,
-            edition=recorded_edition(database, world),
+            edition=recorded_edition(self.settings.resolved_database_url(), world),
             packet_files=self.packs.packets,
             tell=tell,
         )
@@ -63,7 +62,8 @@ class SimulationHost:
         from app.agents.late_simulation import LateSimulation
         from app.agents.running_world import RunningWorld
 
-        late = LateSimulation(file.name, partial(self._start_late, file, rate))
+        shown_s = self._snapshots(run=self._recorded_run(file)).shown_s(file)
+        late = LateSimulation(file.name, partial(self._start_late, file, rate), began_s=shown_s)
         return RunningWorld(
             file=file,
             link=late,
@@ -89,6 +89,9 @@ class SimulationHost:
         for suffix in (".json", ".new", ".clock", ".lock"):
             with suppress(OSError):
                 path.with_suffix(suffix).unlink(missing_ok=True)
+
+    def _recorded_run(self, world: WorldFile) -> str | None:
+        return recorded_run(self.settings.resolved_database_url(), world.name) or None
 
     def _snapshots(self, *, run: str | None = None) -> SnapshotSettings:
         return SnapshotSettings(folder=self.settings.data / "worlds", run=run, start_new=self.start_new)

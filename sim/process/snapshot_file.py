@@ -41,6 +41,15 @@ class SnapshotSettings:
     def path_of(self, world: WorldFile) -> Path:
         return self.folder / f"{world.name}.json"
 
+    def shown_s(self, world: WorldFile) -> float:
+        """The time of the world's clock that was shown last; 0 if it will not be resumed."""
+        if self.start_new or self.run is None:
+            return 0.0
+        try:
+            return _seconds(self.path_of(world).with_suffix(".clock").read_bytes())
+        except OSError:
+            return 0.0
+
 
 class SnapshotFile:
     """Stores the snapshot atomically, and the clock before it is shown: a resumed world's clock does not go back.
@@ -92,9 +101,7 @@ class SnapshotFile:
             os.pwrite(self._clock, _CLOCK.pack(now_s), 0)
 
     def _shown_ticks(self) -> int:
-        shown = os.pread(self._clock, _CLOCK.size, 0)
-        time_s = _CLOCK.unpack(shown)[0] if len(shown) == _CLOCK.size else 0.0
-        return round(time_s / TICK_S) if isfinite(time_s) else 0
+        return round(_seconds(os.pread(self._clock, _CLOCK.size, 0)) / TICK_S)
 
     def close(self) -> None:
         """Unlock the file for other processes; the end of this process does the same."""
@@ -106,6 +113,11 @@ class SnapshotFile:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _seconds(shown: bytes) -> float:
+    time_s: float = _CLOCK.unpack(shown)[0] if len(shown) == _CLOCK.size else 0.0
+    return time_s if isfinite(time_s) else 0.0
 
 
 def _lock(lock: int, path: Path, wall_clock: SleepingClock) -> None:

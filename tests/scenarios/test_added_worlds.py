@@ -26,6 +26,7 @@ def test_an_added_world_is_simulated_resumed_after_a_kill_and_ends_when_it_is_re
         first.process.wait()
 
     with macta_serve(data, *SPEED) as second, second.client() as api:
+        assert api.get(WORLD).json()["time_s"] >= time_s  # also before it is built again
         read_until(api, WORLD, lambda world: world["status"] == "running")
         assert api.get(WORLD).json()["time_s"] >= time_s
         assert in_state(api, f"/v1/missions/{mission}", "completed", "failed")["state"] == "completed"

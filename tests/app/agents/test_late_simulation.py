@@ -50,14 +50,23 @@ class Built:
     def close(self) -> None: ...
 
 
-def late(built: Built, may_build: threading.Event | None = None) -> LateSimulation:
+def late(built: Built, may_build: threading.Event | None = None, began_s: float = 0.0) -> LateSimulation:
     def start(tell: Callable[[str], None]) -> Built:
         tell("walls are put up")
         if may_build is not None:
             may_build.wait()
         return built
 
-    return LateSimulation("hall", start)
+    return LateSimulation("hall", start, began_s=began_s)
+
+
+def test_the_clock_of_a_resumed_world_stands_where_it_was_until_it_is_built() -> None:
+    may_build = threading.Event()
+    world = late(Built(), may_build, began_s=6.5)
+    assert world.now_s() == 6.5
+    may_build.set()
+    until(lambda: world.now_s() == 7.0)
+    world.close()
 
 
 def test_nothing_passes_before_its_run_is_taken_up() -> None:

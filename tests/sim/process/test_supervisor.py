@@ -50,6 +50,18 @@ def kept(folder: Path, *, after_s: float = 0.5) -> Simulation:
     return simulation
 
 
+def test_the_last_shown_time_of_a_world_that_will_be_resumed_is_known_before(tmp_path: Path) -> None:
+    settings = SnapshotSettings(folder=tmp_path, run="run-1")
+    assert settings.shown_s(WORLD) == 0.0
+    with SnapshotFile(settings.path_of(WORLD)) as file:
+        file.write_clock(12.5)
+    assert settings.shown_s(WORLD) == 12.5
+    assert SnapshotSettings(folder=tmp_path).shown_s(WORLD) == 0.0
+    assert SnapshotSettings(folder=tmp_path, run="run-1", start_new=True).shown_s(WORLD) == 0.0
+    settings.path_of(WORLD).with_suffix(".clock").write_bytes(b"torn")
+    assert settings.shown_s(WORLD) == 0.0
+
+
 def test_the_first_world_of_a_folder_begins_without_a_message(tmp_path: Path) -> None:
     assert started(tmp_path).not_resumed_because == ""
 
