@@ -71,7 +71,8 @@ function createListing(path) {
  */
 export function createLoading(store, track) {
   // What has changed since it was last requested, beside goals and missions.
-  const changes = { all: true, plan: false, robots: false, world: false, holds: false };
+  const none = { all: false, plan: false, robots: false, world: false, holds: false };
+  const changes = { ...none, all: true };
   const robotsOrder = responseOrder();
   /** @type {number | undefined} */
   let retry;
@@ -84,7 +85,7 @@ export function createLoading(store, track) {
 
   async function load() {
     const noted = { ...changes };
-    Object.assign(changes, { all: false, plan: false, robots: false, world: false, holds: false });
+    Object.assign(changes, none);
     try {
       await loadChanged(noted);
     } catch (problem) {

@@ -132,10 +132,7 @@ function mountWorldChoice() {
   });
 }
 
-/**
- * Fetch and mount a part of the page when it is first needed.
- * @param {(state: State) => unknown} isNeeded @param {() => Promise<void>} mount
- */
+/** Fetch a part of the page when it is first needed. @param {(state: State) => unknown} isNeeded @param {() => Promise<void>} mount */
 function mountWhen(isNeeded, mount) {
   let isWanted = false;
   store.subscribe(async (state) => {

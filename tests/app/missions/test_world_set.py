@@ -329,6 +329,24 @@ def test_a_world_of_the_same_name_begins_anew(api: TestClient) -> None:
     assert in_state(api, goal(api, "move sample_1 to bay_7", "hall"), "finished")["outcome"] == "completed"
 
 
+def test_places_are_kept_empty_in_a_world_that_was_added_until_it_is_removed(api: TestClient) -> None:
+    def endings(name: str) -> list[str]:
+        holds = api.get(f"/v1/worlds/{name}/holds", params={"state": "ended"}).json()["items"]
+        return [hold["ending"] for hold in holds]
+
+    added(api, hall("hall"))
+    runs(api, "hall")
+    first = api.get(goal(api, "keep bay_7 empty until further notice", "hall")).json()
+    goal(api, "keep bay_8 empty until sample_1 is in bay_9", "hall")
+    in_state(api, goal(api, "move sample_1 to bay_9", "hall"), "finished")
+    until(lambda: endings("hall") == ["fact"])
+    removed(api, "hall")
+    assert [one["why"] for one in events(api, "hold.ended")] == ["fact", "world_removed"]
+    assert events(api, "hold.ended")[-1]["subject"] == first["holds"][0]["id"]
+    added(api, hall("hall"))
+    assert api.get("/v1/worlds/hall/holds").json()["items"] == []
+
+
 def test_the_worlds_of_a_service_without_a_host_are_fixed(serve: Serve) -> None:
     with serve(fixed=True) as api:
         assert code(post(api, hall("hall"))) == "worlds-fixed"
