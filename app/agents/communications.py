@@ -2,15 +2,18 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from robots.clock import Clock
 from robots.link.channel import Link
-from robots.wire import Body, Message, Performative
+from robots.wire import Body, Message, Performative, Telemetry
 from robots.world import LinkSpec
 from robots.world.radio import RESENT_S
 
 SERVICE = "service"
+ESCAPED_NUL = "\\u0000"
+"""As JSON has it."""
 MIN_RESEND_S = 0.1
 """Wall-clock seconds between two sendings, however fast the world runs: recording an answer takes time."""
 MAX_SILENT_RESEND_S = 16.0
@@ -47,8 +50,11 @@ class Communications:
         return self._schedule.has_unanswered
 
     def receive(self, timeout_s: float) -> Sequence[Message]:
-        """:raises LinkClosed: if the link is closed."""
-        return self._link.receive(timeout_s)
+        """The messages of robots, as they can be recorded.
+
+        :raises LinkClosed: if the link is closed.
+        """
+        return [recordable(message) for message in self._link.receive(timeout_s)]
 
     def send(
         self,
@@ -83,6 +89,21 @@ class Communications:
         """Forget the messages that were not passed to `send_if_due` since the last call: they are answered."""
         self._schedule.keep(self._unanswered)
         self._unanswered = set()
+
+
+def recordable(message: Message) -> Message:
+    """The message with U+FFFD for each NUL of its texts: PostgreSQL records none. Telemetry is not recorded."""
+    if isinstance(message.body, Telemetry) or ESCAPED_NUL not in message.model_dump_json():
+        return message
+    return Message.model_validate(_without_nul(message.model_dump(mode="json")))
+
+
+def _without_nul(value: Any) -> Any:
+    if isinstance(value, str):
+        return value.replace("\0", "\N{REPLACEMENT CHARACTER}")
+    if isinstance(value, dict):
+        return {_without_nul(key): _without_nul(child) for key, child in value.items()}
+    return [_without_nul(child) for child in value] if isinstance(value, list) else value
 
 
 @dataclass(slots=True, kw_only=True)

@@ -83,6 +83,8 @@ class Faults:
 
     silent: set[str] = field(default_factory=set)
     fails_at: dict[str, str] = field(default_factory=dict)
+    says: str = "the gripper does not close"
+    """What one says that fails."""
     failures_left: int = 1_000_000
     """So often any of them fails; then they do as they are told."""
     perceives: bool = False
@@ -395,7 +397,7 @@ class FakeTeam:
             state=state,
             at_s=self.clock.now_s(),
             category=FailureCategory.ROBOT if failed else None,
-            detail="the gripper does not close" if failed else "",
+            detail=self.faults.says if failed else "",
             perceived=() if state is ScriptState.FINISHED else self._perceived(name, robot),
         )
         self._say(self._message(name, Performative.FAILURE if failed else Performative.INFORM, report))

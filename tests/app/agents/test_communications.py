@@ -3,7 +3,10 @@
 from collections.abc import Callable
 from itertools import pairwise
 
-from app.agents.communications import MAX_SILENT_RESEND_S, MIN_RESEND_S, ResendSchedule
+import pytest
+
+from app.agents.communications import MAX_SILENT_RESEND_S, MIN_RESEND_S, ResendSchedule, recordable
+from robots.wire import Body, Message, Performative, Refusal, ScriptReport, ScriptState
 from robots.world import LinkSpec
 from tests.app.stepped_clock import SteppedClock
 
@@ -81,3 +84,28 @@ def test_what_is_answered_is_forgotten() -> None:
     run.schedule.keep(set())
     assert not run.schedule.has_unanswered
     assert run.schedule.is_due("fred", "order")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        ScriptReport(script_id="script-1", state=ScriptState.FAILED, at_s=1.0, detail="jaw\0stuck"),
+        Refusal(script_id="script-1", reason="no\0"),
+    ],
+)
+def test_what_no_database_records_is_replaced_in_robots_texts(body: Body) -> None:
+    message = Message(
+        performative=Performative.INFORM, sender="fred", receiver="service", sent_at_s=1.0, body=body
+    )
+    text = recordable(message).model_dump_json()
+    assert "\\u0000" not in text
+    assert "\ufffd" in text
+    assert recordable(recordable(message)).body == recordable(message).body
+
+
+def test_other_texts_of_robots_stay_as_they_are() -> None:
+    report = ScriptReport(script_id="script-1", state=ScriptState.FAILED, at_s=1.0, detail="\\u0000 \t ü")
+    message = Message(
+        performative=Performative.INFORM, sender="fred", receiver="service", sent_at_s=1.0, body=report
+    )
+    assert recordable(message) == message
