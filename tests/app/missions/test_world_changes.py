@@ -95,10 +95,10 @@ def test_a_sample_that_is_removed_is_in_no_fact_and_a_goal_for_it_has_no_plan(
     [
         (gone("sample_7"), 404, "unknown-sample", "unknown sample 'sample_7'", "sample_3"),
         (
-            {"edit": "remove_keep_out", "name": "spill"},
+            {"edit": "remove_zone", "name": "spill"},
             404,
-            "unknown-keep-out-area",
-            "unknown keep-out area 'spill'",
+            "unknown-zone",
+            "unknown zone 'spill'",
             None,
         ),
         ({**NEW, "sample": {"name": "sample_9", "at": "bay_77"}}, 404, "unknown-place", "bay_77", "bay_7"),

@@ -14,6 +14,7 @@ from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
 from app.store import AddedWorldRow
+from robots.wire import Factsheet
 from robots.world import WorldFile, world_yaml
 from tests.app.conftest import TOKEN
 from tests.app.declared import declared_errors
@@ -372,6 +373,19 @@ def test_nothing_is_left_of_worlds_that_were_removed(api: TestClient, host: Team
     assert not [one for one in kept if getattr(one, "file", one).name.startswith("brief_")]
     with service.database.read() as session:
         assert session.get_one(AddedWorldRow, "brief_1").removed_by == "administrator"
+
+
+def test_who_has_announced_itself_to_a_world_is_forgotten_with_it(api: TestClient, host: TeamHost) -> None:
+    sheets = "/v1/worlds/hall/factsheets"
+    added(api, hall("hall"))
+    runs(api, "hall")
+    said = Factsheet(repertoire=("NAVIGATE",), speed_m_s=0.4, turn_rad_s=1.0, start=(4.0, 1.4, -90.0))
+    host.simulations["hall"].team.report("visitor_1", said)
+    until(lambda: [one["state"] for one in api.get(sheets).json()["items"]] == ["announced"])
+    removed(api, "hall")
+    added(api, hall("hall"))
+    runs(api, "hall")
+    assert api.get(sheets).json()["items"] == []
 
 
 def test_a_world_is_read_from_yaml_as_a_file_is(api: TestClient) -> None:
