@@ -158,7 +158,7 @@ class Factsheets:
             edit = self._edit(row, spec)
             reason = comment or f"{robot} announced itself"
             made = None if edit is None else self._make(session, row, edit, actor=actor, reason=reason)
-            self._settle(session, row, made, by=actor, comment=comment, is_new=spec is None)
+            self._settle(session, row, made, by=actor, comment=comment, spec=spec)
             return row
 
     def turn_away(self, world: str, robot: str, *, actor: str, reason: str) -> FactsheetRow:
@@ -215,14 +215,10 @@ class Factsheets:
         """How a factsheet that changes something is handled if it is not followed now; None if it is."""
         if spec is None:
             return None if row is not None or self._has_room(session, world) else Reception.HELD_BACK
-        if (
-            not spec.external
-            and sheet.edition is not None
-            and sheet.edition < self._worlds.edition(world).number
-        ):
-            return (
-                Reception.IGNORED
-            )  # it announces itself again once its world has taken up the newest edition
+        newest = self._worlds.edition(world).number
+        if not spec.external and sheet.edition is not None and sheet.edition < newest:
+            # It announces itself again once its world has taken up the newest edition.
+            return Reception.IGNORED
         return None if self._is_time(world, spec.name) else Reception.HELD_BACK
 
     def _follow(self, session: Session, row: FactsheetRow, spec: RobotSpec | None) -> None:
@@ -250,7 +246,7 @@ class Factsheets:
         except MactaError as error:
             self._refuse(session, row, _words(error))
             return
-        self._settle(session, row, made, is_new=spec is None)
+        self._settle(session, row, made, spec=spec)
 
     def _edit(self, row: FactsheetRow, spec: RobotSpec | None) -> WorldEdit | None:
         """What the factsheet changes of its world; None if nothing.
@@ -276,24 +272,25 @@ class Factsheets:
         row: FactsheetRow,
         edition: int | None,
         *,
-        is_new: bool,
+        spec: RobotSpec | None,
         by: str | None = None,
         comment: str = "",
     ) -> None:
         """Note that the world is as the factsheet says; its facts have that source from now on.
 
         :param edition: that was made of it, if any.
+        :param spec: the world's robot as it was before; None if it had none of that name.
         """
-        facts = self._core.facts.read_locked(session, row.world).facts
-        self._core.facts.attest(
-            session,
-            row.world,
-            facts_said_by(row.robot, facts),
-            source=factsheet_of(row.robot),
-            at_s=self._clocks[row.world].now_s(),
-        )
+        if spec is not None:  # what an edition adds has that source already
+            self._core.facts.attest(
+                session,
+                row.world,
+                facts_said_by(spec, self._worlds[row.world], self._core.knowledge_base),
+                source=factsheet_of(row.robot),
+                at_s=self._clocks[row.world].now_s(),
+            )
         put_in_force(row, edition=edition, by=by)
-        if is_new and edition is not None:
+        if spec is None and edition is not None:
             admitted = RobotAdmitted(
                 subject=row.robot, world=row.world, edition=edition, actor=by, comment=comment
             )

@@ -7,6 +7,8 @@ from pydantic import ValidationError
 from app.domain.errors import Invalid
 from app.domain.world_model.beliefs import CAN, HAS_BODY, HAS_SENSOR, IN_AREA, REACHES, Facts
 from app.domain.world_model.edits import AddRobot, ChangeRobot
+from app.domain.world_model.initial import facts_of_robot
+from planner import KnowledgeBase
 from robots.wire import Factsheet
 from robots.world import RobotSpec, WorldFile
 
@@ -16,9 +18,10 @@ SAID = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, REACHES})
 """Predicates of what a factsheet says of its robot."""
 
 
-def facts_said_by(robot: str, facts: Facts) -> Facts:
-    """Those of the world's facts that rest on the robot's factsheet."""
-    return frozenset(fact for fact in facts if fact.predicate in SAID and fact.args[0] == robot)
+def facts_said_by(robot: RobotSpec, world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
+    """The facts that rest on the factsheet of one of the world's robots."""
+    facts = facts_of_robot(world, robot, knowledge_base)
+    return frozenset(fact for fact in facts if fact.predicate in SAID)
 
 
 def addition(name: str, sheet: Factsheet, world: WorldFile) -> AddRobot:

@@ -45,7 +45,7 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     :raises planner.KnowledgeBaseError: if an extra fact is not in the vocabulary.
     :raises Invalid: if an extra fact must name a berth and does not, or contradicts another one.
     """
-    layout = {fact for robot in world.robots for fact in _of_robot(world, robot, knowledge_base)}
+    layout = {fact for robot in world.robots for fact in facts_of_robot(world, robot, knowledge_base)}
     if _use_spots(world, knowledge_base):
         layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
@@ -82,7 +82,8 @@ def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
     }
 
 
-def _of_robot(world: WorldFile, robot: RobotSpec, knowledge_base: KnowledgeBase) -> Iterator[Fact]:
+def facts_of_robot(world: WorldFile, robot: RobotSpec, knowledge_base: KnowledgeBase) -> Iterator[Fact]:
+    """What follows of a robot alone: where it starts, what it is, can and reaches."""
     place = robot.home if robot.home and _starts_at_home(world, robot) else spot_of(robot.name)
     yield Fact(ROBOT_POSITION, (robot.name, NEAR, place))
     yield Fact(ROBOT_ATTRIBUTE, (robot.name, GRIPPER, EMPTY))
