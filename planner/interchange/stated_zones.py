@@ -52,11 +52,12 @@ class StatedZones:
             _with_zones(base.file, zones, named), tuple([variant for variant, _ in variants])
         )
         self.original = {variant.name: op for variant, op in variants}
+        places = {name for name, kind in problem.objects.items() if base.file.is_a(kind, place)}
+        named_together = {args for _, args in problem.functions if len(args) == 2} | problem.crossings.keys()
         ways = (
             Fact(predicates[problem.crossings.get(way, FREE)], way)
-            for way in sorted(
-                {args for _, args in problem.functions if len(args) == 2} | problem.crossings.keys()
-            )
+            for way in sorted(named_together)
+            if places.issuperset(way)
         )
         self.problem = replace(
             problem,

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from planner import Fact, KnowledgeBase, PlanningRequest, PlanningStatus
+from planner import Fact, KnowledgeBase, PlanningRequest, PlanningStatus, scale_term
 from planner.engines.fast_downward import FastDownwardEngine
 from planner.interchange.pddl import Form, PddlTask, pddl_of
 from planner.interchange.stated_zones import StatedZones
@@ -33,6 +33,7 @@ def swapping() -> PlanningProblem:
         problem,
         objects={**problem.objects, "gate": "zone"},
         facts=problem.facts | {CLEAR},
+        functions={**problem.functions, scale_term("NAVIGATE", 1): 1.1},  # named with two words, too
         crossings=dict.fromkeys(through, (Crossing(zone="gate", enters=True, leaves=True),)),
     )
 
