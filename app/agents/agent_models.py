@@ -185,9 +185,11 @@ class AgentModels:
                 now_s = self._wall.monotonic_s()
                 has_lease = self._has_lease()
                 if now_s >= readmit_s and has_lease:
+                    readmit_s = (
+                        now_s + DELIVER_S
+                    )  # first: what fails must not keep messages from being delivered
                     self._readmit()
                     self._record_batteries()
-                    readmit_s = now_s + DELIVER_S
                 has_news = self._editions is not None and self._editions.has_news()
                 if self._due.is_set() or now_s >= due_s or has_news or (has_lease and not had_lease):
                     self._due.clear()

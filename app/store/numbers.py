@@ -88,7 +88,8 @@ class NumberStore:
     ) -> bool:
         """Give numbers new values. True if any has changed; of the others, source and time stay.
 
-        :param is_told: they are a report, which counts only where nothing newer is known.
+        :param is_told: they are a report, which counts only where nothing newer is known; of those that it finds
+            unchanged, source and time are renewed.
         """
         locked = session.scalars(_LOCKING, {"world": world}).one()
         rows = self._rows(session, locked)
@@ -98,7 +99,7 @@ class NumberStore:
                 for term, value in numbers.items()
                 if (row := rows.get(_written(term))) is None or row.at_s <= at_s
             }
-        return self._put(session, locked, numbers, source=source, at_s=at_s)
+        return self._put(session, locked, numbers, source=source, at_s=at_s, renews=is_told)
 
     def count(
         self, session: Session, world: WorldRow, changed: Facts, facts: Facts, *, source: str, at_s: float
@@ -153,13 +154,14 @@ class NumberStore:
         source: str,
         at_s: float,
         gone: Sequence[NumberRow] = (),
+        renews: bool = False,
     ) -> bool:
-        """:param world: locked."""
+        """:param world: locked. :param renews: an unchanged value of a later time is a change, too."""
         rows = self._rows(session, world)
         changed: list[NumberChange] = []
         for term, value in sorted(numbers.items()):
             row = rows.get(_written(term))
-            if row is None or row.value != value:
+            if row is None or row.value != value or (renews and row.at_s < at_s):
                 before = None if row is None else row.value
                 changed.append(NumberChange(quantity=term[0], args=term[1], value=value, before=before))
         if not changed and not gone:

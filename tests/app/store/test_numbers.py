@@ -154,6 +154,18 @@ def test_a_report_older_than_what_is_known_is_not_believed(database: Database) -
     assert rows(database)["battery(yard_1)"].value == 0.6
 
 
+def test_a_report_that_finds_a_number_unchanged_renews_its_source_and_time(database: Database) -> None:
+    store = facts_store(database)
+    for source, at_s, told in (("one", 5.0, True), ("two", 9.0, True), ("late", 7.0, False)):
+        with database.write() as session:
+            assert (
+                store.numbers.set(session, WORLD, {BATTERY: 0.8}, source=source, at_s=at_s, is_told=True)
+                is told
+            )
+    battery = rows(database)["battery(yard_1)"]
+    assert (battery.source, battery.at_s) == ("two", 9.0)
+
+
 def test_numbers_that_were_rolled_back_are_not_remembered(database: Database) -> None:
     store = facts_store(database)
     with suppress(LookupError), database.write() as session:
