@@ -15,7 +15,8 @@ from robots.conditions.verdict import Condition
 from robots.errors import RepertoireError
 from robots.perception.percepts import LOCATING, Needs, Percepts
 from robots.physical.body import GRIPPER_REACH_M
-from robots.physical.profile import STAND_OFF_M, RobotProfile
+from robots.physical.profile import RobotProfile
+from robots.physical.stand_off import STAND_OFF_M
 from robots.wire import SymbolicFact
 
 ALWAYS_SENSED = frozenset({"brought", "clear", "holds_alone", "vacant"})

@@ -9,7 +9,7 @@ from robots.conditions.verdict import Condition, Verdict
 from robots.perception.formation import formation_with, put_down_point
 from robots.perception.percepts import LOCATING, SIGHT, STANDS_AT_M, Percepts
 from robots.physical.body import GRIPPER_REACH_M
-from robots.physical.profile import STAND_OFF_M
+from robots.physical.stand_off import STAND_OFF_M
 
 HANDLES = ("left", "right")
 

@@ -19,8 +19,9 @@ from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import Cursor
 from robots.physical.body import GRIPPER_REACH_M, NOTHING_MEASURED, Gripper, Pose, Sensor
 from robots.physical.geometry import to_robot, wrap
-from robots.physical.profile import STAND_OFF_M, RobotProfile
+from robots.physical.profile import RobotProfile
 from robots.physical.sightings import Sightings
+from robots.physical.stand_off import STAND_OFF_M
 
 
 class DriveCommand(NamedTuple):

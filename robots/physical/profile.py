@@ -7,10 +7,7 @@ from enum import StrEnum
 from math import pi
 
 from robots.physical.body import ALL_SENSORS, RADIUS_M, Pose
-
-STAND_OFF_M = 0.8
-"""`near` a location: on its beacon's emitting axis, this far from the beacon's floor point, facing it."""
-
+from robots.physical.stand_off import STAND_OFF_M
 
 Area = tuple[float, float, float, float]
 """A rectangle of the floor: least x, greatest x, least y, greatest y, metres, world frame."""

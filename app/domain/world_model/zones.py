@@ -7,7 +7,7 @@ from math import cos, radians, sin
 
 from app.domain.world_model.beliefs import OBJECT_POSITION, ROBOT_POSITION, ZONE_CLEAR
 from planner import Crossing, Fact, PlanNet, PlanNetAction
-from robots.physical.profile import STAND_OFF_M
+from robots.physical.stand_off import STAND_OFF_M
 from robots.world import Location, WorldFile, Zone, ZoneRule
 from robots.world.file import ROBOT_WIDTH_M
 from robots.world.parts import Aisle, Rectangle
