@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from app.planning.pool.process_tree import tree_of
 from tests.app.world_hosts import hall
 from tests.scenarios.killing import kill_family
 from tests.scenarios.serving import macta_serve
@@ -10,6 +11,15 @@ from tests.waiting import in_state, read_until
 SPEED = ("--speed", "8")
 WORLD = "/v1/worlds/hall"
 KEPT = {"sample_store.json", "sample_store.clock", "sample_store.lock"}
+
+
+def holders(pid: int, file: Path) -> set[int]:
+    """Of a process's family, those that have a file open."""
+    return {
+        one.pid
+        for one in tree_of(pid)
+        if any(link.resolve() == file.resolve() for link in Path(f"/proc/{one.pid}/fd").iterdir())
+    }
 
 
 def test_an_added_world_is_simulated_resumed_after_a_kill_and_ends_when_it_is_removed(tmp_path: Path) -> None:
@@ -30,6 +40,8 @@ def test_an_added_world_is_simulated_resumed_after_a_kill_and_ends_when_it_is_re
         read_until(api, WORLD, lambda world: world["status"] == "running")
         assert api.get(WORLD).json()["time_s"] >= time_s
         assert in_state(api, f"/v1/missions/{mission}", "completed", "failed")["state"] == "completed"
+        (simulating,) = holders(second.process.pid, data / "worlds" / "hall.lock")
         assert api.delete(WORLD).status_code == 204
+        assert simulating not in {one.pid for one in tree_of(second.process.pid)}
         assert {path.name for path in (data / "worlds").iterdir()} == KEPT
         assert [one["id"] for one in api.get("/v1/worlds").json()["items"]] == ["sample_store"]
