@@ -71,7 +71,7 @@ def holders(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> Iterator
         if one.leaves and not one.enters
     }
     for clear, position in knowledge_base.held.items():
-        for zone in sorted({zone for _, zone in inside}):
+        for zone in sorted(problem.zones):
             if Fact(clear, (zone,)) not in problem.facts:
                 there = (
                     fact.args[0]

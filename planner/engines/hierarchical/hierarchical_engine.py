@@ -45,7 +45,7 @@ from planner.problem.interface import (
 )
 from planner.problem.static_facts import StaticFacts
 from planner.problem.zones import holders
-from planner.relaxation import unreachable_goals
+from planner.relaxation import closed_zones, unreachable_goals, without_ways_into
 
 WEIGHTS = {
     Objective.MAKESPAN: (1.0, 1e-5, 1e-3, 100.0, 1e-4),
@@ -250,21 +250,30 @@ class _Run:
     def _none(self, tasks: object) -> Outcome:
         if unreachable_goals(self._base, self._problem):
             return PlanningStatus.UNSOLVABLE, None, why_unsolvable(self._base, self._problem)
+        closed = closed_zones(self._base, self._problem)
+        if closed and unreachable_goals(self._base, without_ways_into(self._problem, closed)):
+            return PlanningStatus.UNSOLVABLE, None, ", ".join(_held(*item) for item in closed.items())
         if self._observer.should_stop():
             return PlanningStatus.NOT_FOUND, None, "stopped before there was a plan"
         if self._timer.is_over:
             return PlanningStatus.TIMED_OUT, None, f"no plan within {self._request.time_limit_s:g} s"
         if isinstance(tasks, Unmet):
             return PlanningStatus.NOT_FOUND, None, f"found no way to {', '.join(map(str, tasks.goals))}"
-        return PlanningStatus.NOT_FOUND, None, f"the fragments for the goals cannot be combined{self._held()}"
+        return (
+            PlanningStatus.NOT_FOUND,
+            None,
+            f"the fragments for the goals cannot be combined{self._zones_held()}",
+        )
 
-    def _held(self) -> str:
+    def _zones_held(self) -> str:
         """The zones for one agent at a time that are not clear, in words; empty if all are."""
-        held = [
-            f"{zone} is held by {' and '.join(agents) or 'another robot'}"
-            for zone, agents in holders(self._problem, self._base)
-        ]
+        held = [_held(*item) for item in holders(self._problem, self._base)]
         return f"; {', '.join(held)}" if held else ""
+
+
+def _held(zone: str, agents: Sequence[str]) -> str:
+    """`gate is held by yard_1`; without known agents only that it is not clear."""
+    return f"{zone} is held by {' and '.join(agents)}" if agents else f"{zone} is not clear"
 
 
 def _without(

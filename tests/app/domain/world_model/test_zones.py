@@ -27,6 +27,7 @@ from planner import (
     faults_of,
 )
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.relaxation import closed_zones
 from planner.repair import NOT_BEGUN, Course, MissionProgress, repair
 from robots.world import WorldFile, Zone, ZoneRule, load_world
 from robots.world.slopes import within
@@ -318,11 +319,34 @@ def test_a_repair_while_a_robot_passes_keeps_the_others_out_until_it_has() -> No
     assert starts == {passing.agents: 0.0, waiting.agents: 5.0}
 
 
-def test_a_zone_that_a_lost_robot_holds_is_named() -> None:
+def test_a_zone_that_a_lost_robot_holds_is_named_as_what_makes_the_goal_impossible() -> None:
     world = with_zones(GATE)
     net = planned(problem_of(world, *CHANGING_SIDES))
     present = replace(stuck_in_gate(world), goals=CHANGING_SIDES[1:])
     progress = MissionProgress(lost=frozenset({"yard_1"}))
     made = repair(HierarchicalEngine(BASE), BASE, net, present, progress, REQUEST)
-    assert made.plan_net is None
-    assert made.result.reason.endswith("gate is held by yard_1")
+    assert (made.result.status, made.result.reason) == (PlanningStatus.UNSOLVABLE, "gate is held by yard_1")
+
+
+def test_what_needs_a_zone_that_another_mission_has_reserved_is_proven_impossible() -> None:
+    world = with_zones(GATE)
+    reserved = Reservation(robots=frozenset({"yard_1"}), locations=frozenset({"gate", "door_2"}))
+    facts = initial_facts(world, BASE)
+    through = planning_problem(
+        world, facts, [near("yard_2", "door_1")], reserved=reserved, knowledge_base=BASE
+    )
+    assert closed_zones(BASE, through) == {"gate": ()}
+    assert HierarchicalEngine(BASE).plan(through, REQUEST).status is PlanningStatus.UNSOLVABLE
+    beside = replace(through, goals=(near("yard_2", "interchange_2"),))
+    assert planned(beside).robots == ("yard_2",)
+
+
+def test_a_zone_is_not_closed_while_somebody_inside_can_leave() -> None:
+    assert closed_zones(BASE, stuck_in_gate(with_zones(GATE))) == {}
+    both = with_zones(GATE, END)  # who stands in the end leaves it through the gate, once that is clear
+    facts = revise_beliefs(
+        initial_facts(both, BASE), [near("yard_1", "yard_1_spot"), near("yard_2", "interchange_2")]
+    )
+    spots = {"yard_1_spot": (3.6, 1.0)}
+    problem = planning_problem(both, facts, [near("yard_1", "door_2")], spots=spots, knowledge_base=BASE)
+    assert closed_zones(BASE, problem) == {}
