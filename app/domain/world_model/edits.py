@@ -300,7 +300,16 @@ class AddZone(WorldEdit):
     zone: Zone
 
     def __str__(self) -> str:
-        return f"{_DONE[self.zone.rule]} {self.zone.name}"
+        name = self.zone.name
+        match self.zone.rule:
+            case ZoneRule.NAMED:
+                return f"named {name}"
+            case ZoneRule.KEEP_OUT:
+                return f"closed {name}"
+            case ZoneRule.ONE_ROBOT:
+                return f"limited {name} to one robot"
+            case ZoneRule.SLOW:
+                return f"limited {name} to {self.zone.max_speed_m_s:g} m/s"
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
         _refuse_name_in_use(self.zone.name, world)
@@ -320,14 +329,6 @@ class RemoveZone(EditOfOne):
         zone = _known("zone", self.name, world.zones)
         zones = _without(self.name, world.zones)
         return Edited(changed(world, zones=zones), self, AddZone(zone=zone))
-
-
-_DONE = {
-    ZoneRule.NAMED: "named",
-    ZoneRule.KEEP_OUT: "closed",
-    ZoneRule.ONE_ROBOT: "limited to one robot",
-    ZoneRule.SLOW: "slowed",
-}
 
 
 AnyEdit = Annotated[

@@ -281,6 +281,21 @@ def test_edits_change_which_places_are_in_a_zone_and_whether_it_is_clear() -> No
     assert removed.undo == (AddZone(zone=NOOK),)
 
 
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        (ZoneRule.NAMED, "named yard_end"),
+        (ZoneRule.KEEP_OUT, "closed yard_end"),
+        (ZoneRule.ONE_ROBOT, "limited yard_end to one robot"),
+        (ZoneRule.SLOW, "limited yard_end to 0.2 m/s"),
+    ],
+)
+def test_an_edit_says_what_has_become_of_the_zone(rule: ZoneRule, words: str) -> None:
+    speed_m_s = 0.2 if rule is ZoneRule.SLOW else None
+    zone = Zone(name="yard_end", x=(6, 8), y=(0, 3), rule=rule, max_speed_m_s=speed_m_s)
+    assert str(AddZone(zone=zone)) == words
+
+
 CHANGING_SIDES = (near("yard_1", "door_2"), near("yard_2", "door_1"))
 
 
