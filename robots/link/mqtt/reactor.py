@@ -82,7 +82,9 @@ class Reactor:
         """Send what is queued, at most for `FLUSH_TIMEOUT_S`, and disconnect. Idempotent."""
         self._stop = True
         self._wake(None)
-        if self._thread.is_alive():
+        if self._thread.ident is None:
+            self._release()  # it was never started, so nothing is queued
+        elif self._thread.is_alive():
             self._thread.join()
         for session in self._sessions:
             session.connected = False
@@ -107,6 +109,9 @@ class Reactor:
                     session.client.loop_misc()
                     self._write(session)
         self._disconnect_all()
+        self._release()
+
+    def _release(self) -> None:
         self._selector.close()
         self._wake_reader.close()
         self._wake_writer.close()

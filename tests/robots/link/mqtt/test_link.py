@@ -1,5 +1,6 @@
 """Messages over a real broker: both ways, each to its own robot, with the broker killed, hung and restarted."""
 
+import os
 import threading
 import time
 from typing import Any
@@ -402,3 +403,11 @@ def test_a_factsheet_that_is_too_large_or_malformed_is_counted_and_harms_nothing
         fleet.send(factsheet("ginger"))
         (said,) = received(service, 1)
         assert said.sender == "ginger"
+
+
+def test_a_link_that_was_never_started_leaves_nothing_open() -> None:
+    opened = set(os.listdir("/proc/self/fd"))
+    link = ServiceLink("lab", ["yard_1"], Broker.at("mqtt://127.0.0.1:1"))
+    link.close()
+    link.close()
+    assert set(os.listdir("/proc/self/fd")) == opened
