@@ -181,12 +181,13 @@ class Service:
     def _wire_worlds(self, host: WorldHost | None) -> None:
         """Worlds that are added and removed while the service runs."""
         repertoire = self.packs.repertoire()
+        self._file_checks = FileChecks(tags=repertoire.tags, tuning=repertoire.tuned)
         self.world_set = WorldSet(
             self.core,
             files=self._files,
             running=self._running,
             host=host,
-            checks=FileChecks(tags=repertoire.tags, tuning=repertoire.tuned),
+            checks=self._file_checks,
             limit=self.settings.worlds,
         )
         topics = {**self.workflows.topics, **self.world_set.topics}
@@ -291,7 +292,7 @@ class Service:
             worlds=self._files,
             clocks=self.clocks,
             waiting=self._waiting_goals,
-            tags=self.packs.repertoire().tags,
+            checks=self._file_checks,
         )
         self.factsheets = Factsheets(
             core,

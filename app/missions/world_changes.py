@@ -1,6 +1,6 @@
 """Changes of a world while it runs: checked, recorded as an edition with its reason, and undone."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pydantic import TypeAdapter
@@ -28,6 +28,7 @@ from app.domain.world_model.edits import (
 )
 from app.domain.world_model.layout import layout_of
 from app.domain.world_model.zones import restricted_places, zones_against
+from app.missions.world_set import FileChecks
 from app.planning.waiting_goals import WaitingGoals
 from app.store import (
     EditionRow,
@@ -46,7 +47,8 @@ from app.store.facts import source_of
 from app.store.records import lock_running_missions
 from app.workflows.mission_wakeups import wake_missions
 from robots.clock import Clock
-from robots.wire import SampleReport
+from robots.errors import RobotError
+from robots.wire import PacketTunings, SampleReport
 from robots.world import Edition, Sample, WorldFile
 
 NEEDED = "needed-by-mission"
@@ -78,10 +80,10 @@ class WorldChanges:
         worlds: WorldDirectory,
         clocks: Mapping[str, Clock],
         waiting: WaitingGoals,
-        tags: Collection[str],
+        checks: FileChecks,
     ) -> None:
-        """:param clocks: the worlds' clocks by the world's name. :param tags: of the packets that robots may have."""
-        self._tags = tags
+        """:param clocks: the worlds' clocks by the world's name. :param checks: of robots that are added or changed."""
+        self._checks = checks
         self._core = core
         self._worlds = worlds
         self._clocks = clocks
@@ -293,7 +295,7 @@ class WorldChanges:
         )
 
     def _refuse_foreign(self, world: str, edited: EditedWorld) -> None:
-        """Refuse robots that another world has, or whose tags are no packet's."""
+        """Refuse robots that another world has, whose tags are no packet's, or whose tuning fits no packet."""
         others = {
             robot.name: name for name, file in self._worlds.items() if name != world for robot in file.robots
         }
@@ -305,13 +307,18 @@ class WorldChanges:
                     code="name-in-use",
                     thing=name,
                 )
-            if (tag := next((tag for tag in _tags_of(edit) if tag not in self._tags), None)) is not None:
+            tags = self._checks.tags
+            if (tag := next((tag for tag in _tags_of(edit) if tag not in tags), None)) is not None:
                 raise Invalid(
                     f"edits.{index}: repertoire: no packet of a repertoire has the tag {tag!r}",
                     code="unknown-tag",
-                    choices=sorted(self._tags),
+                    choices=sorted(tags),
                     thing=tag,
                 )
+            try:
+                self._checks.tuning(_tuning_of(edit))
+            except RobotError as error:
+                raise Invalid(f"edits.{index}: tuning: {error}", code="unfit-tuning") from error
 
     def _refuse_needed(self, session: Session, before: WorldFile, edited: EditedWorld) -> None:
         """Refuse edits of what a running mission still needs, and zones to keep out of, or for one robot, with such a
@@ -367,6 +374,16 @@ def _tags_of(edit: WorldEdit) -> Sequence[str]:
         case ChangeRobot(repertoire=repertoire):
             return repertoire or ()
     return ()
+
+
+def _tuning_of(edit: WorldEdit) -> PacketTunings:
+    """What a robot's packets are tuned to by the edit."""
+    match edit:
+        case AddRobot(robot=robot):
+            return robot.tuning
+        case ChangeRobot(tuning=tuning):
+            return tuning or {}
+    return {}
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:

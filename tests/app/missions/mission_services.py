@@ -21,6 +21,7 @@ from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.world_changes import WorldChanges
+from app.missions.world_set import FileChecks
 from app.missions.world_start import start_world_run
 from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
@@ -122,7 +123,10 @@ class MissionServices:
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
         )
-        self.changes = WorldChanges(self.core, worlds=files, clocks=clocks, waiting=self.waiting, tags=())
+        checks = FileChecks(tags=(), tuning=lambda tuning: None)
+        self.changes = WorldChanges(
+            self.core, worlds=files, clocks=clocks, waiting=self.waiting, checks=checks
+        )
         self.reports = MissionReports(
             self.core,
             waiting=self.waiting,

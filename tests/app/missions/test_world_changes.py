@@ -330,6 +330,8 @@ def test_a_robot_stays_in_its_area_unless_it_stands_in_the_new_one(api: TestClie
         (of_robot("yard_1", aisle="aisle_9"), "world-does-not-fit", "unknown aisle 'aisle_9'"),
         (of_robot("yard_1", start=[40, 1, 0]), "world-does-not-fit", "outside its area"),
         (of_robot("yard_1", repertoire=["FLY"]), "unknown-tag", "'FLY'"),
+        (of_robot("yard_1", tuning={"FLY": {}}), "unfit-tuning", "unknown packet FLY"),
+        ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "tuning": {"FLY": {}}}}, "unfit-tuning", "unknown packet FLY"),
         ({"edit": "remove_robot", "name": "fred"}, "unknown-robot", "unknown robot 'fred'"),
         (NEW_ROBOT, "world-does-not-fit", "unknown location 'home_yard_3'"),
         ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "repertoire": ["FLY"]}}, "unknown-tag", "'FLY'"),
