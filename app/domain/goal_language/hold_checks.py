@@ -23,6 +23,8 @@ from robots.world import WorldFile
 
 MAX_HOLDS = 100
 """The most holds that one goal may state."""
+LONGEST_S = 1e10
+"""The longest span of a hold, some 300 years."""
 
 
 def emptying_goals(
@@ -93,6 +95,9 @@ def _issues(
             yield GoalIssue(
                 code="hold-over", kind="invalid", detail=f"{until.words}: that time has passed", thing=""
             )
+        if until.in_s is not None and until.in_s > LONGEST_S:
+            detail = f"a span of more than {LONGEST_S:.0f} s is no end; leave out `until` to hold until an operator ends it"
+            yield GoalIssue(code="hold-too-long", kind="invalid", detail=detail)
         if until.fact is None:
             continue
         try:

@@ -250,6 +250,7 @@ def test_holds_are_stated_beside_facts_and_alone(api: TestClient, follow: Follow
         ([{"places": []}], "malformed-request"),
         ([{"places": ["bay_7"], "until": {"in_s": 5, "goal": "goal-1"}}], "malformed-request"),
         ([{"places": ["bay_7"], "until": {"in_s": 0}}], "malformed-request"),
+        ([{"places": ["bay_7"], "until": {"in_s": 1e308}}], "hold-too-long"),
         ([{"places": ["bay_7"], "until": {"at": "2030-01-01T00:00:00"}}], "malformed-request"),
     ],
 )
