@@ -79,6 +79,8 @@ def read_world(
         world = WorldFile.model_validate(data)
     except ValidationError as error:
         raise _invalid(origin, faults_in(text, error)) from error
+    if stray := [why for zone in world.zones if (why := zone.misplaced(world.compartments))]:
+        raise _invalid(origin, (f"zones.{why}" for why in stray))
     if tags is not None and (faults := list(_unknown_tags(world, tags, text))):
         raise _invalid(origin, faults)
     if check_tuning is not None:

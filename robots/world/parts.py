@@ -4,6 +4,7 @@ Metres, degrees where the name says so. World frame: x to the east, y to the nor
 from east.
 """
 
+from collections.abc import Iterable
 from enum import StrEnum
 from math import hypot
 from typing import Annotated, Literal, Self
@@ -36,6 +37,8 @@ SHORTEST_M = 0.7
 """The least length of a long object: two robots grip it side by side."""
 SLOWEST_M_S = 0.05
 """The least speed limit of a zone: below it a robot could not tell that it moves."""
+FARTHEST_M = 100_000.0
+"""The greatest coordinate of a zone: with far greater ones nothing can be drawn or computed."""
 NARROWEST_PITCH_M = 0.45
 """The least pitch of berths: nearer ones a robot could not tell apart."""
 
@@ -241,6 +244,19 @@ class Zone(Rectangle):
         if (self.rule is ZoneRule.SLOW) != (self.max_speed_m_s is not None):
             raise ValueError(f"{self.name}: max_speed_m_s is of zones with the rule slow, and only of those")
         return self
+
+    def misplaced(self, compartments: Iterable[Aisle]) -> str:
+        """Why it is no zone of a world with these compartments; empty if it is one. Not asked of recorded worlds."""
+        if max(map(abs, (*self.x, *self.y))) > FARTHEST_M:
+            return f"{self.name} reaches farther than {FARTHEST_M:.0f} m"
+        return "" if any(map(self._meets, compartments)) else f"{self.name} lies in no compartment"
+
+    def _meets(self, other: Aisle) -> bool:
+        """True if the two have some floor in common."""
+        return all(
+            low < farthest and nearest < high
+            for (low, high), (nearest, farthest) in zip((self.x, self.y), (other.x, other.y), strict=True)
+        )
 
 
 class Slope(Rectangle):

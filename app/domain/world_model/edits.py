@@ -313,6 +313,8 @@ class AddZone(WorldEdit):
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
         _refuse_name_in_use(self.zone.name, world)
+        if why := self.zone.misplaced(world.compartments):
+            raise Invalid(why, code="world-does-not-fit", thing=self.zone.name)
         zones = (*world.zones, self.zone)
         return Edited(changed(world, zones=zones), self, RemoveZone(name=self.zone.name))
 

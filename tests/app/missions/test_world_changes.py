@@ -273,6 +273,9 @@ def test_a_robot_at_a_place_that_is_moved_stands_where_it_stood(api: TestClient)
     assert "near(yard_1, home_yard_1)" not in facts(api)
 
 
+ZONE_ELSEWHERE = {"edit": "add_zone", "zone": {"name": "field_9", "x": [50, 51], "y": [0, 1]}}
+
+
 def of_robot(name: str, **values: Any) -> dict[str, Any]:
     return {"edit": "change_robot", "name": name, **values}
 
@@ -341,6 +344,7 @@ def test_a_robot_stays_in_its_area_unless_it_stands_in_the_new_one(api: TestClie
         ({"edit": "remove_place", "name": "home_yard_1"}, "place-is-home", "the home of yard_1"),
         ({"edit": "move_place", "name": "bay_7", "at": [4.5, 6.6]}, "world-does-not-fit", "0.00 m from locations.bay_"),
         ({"edit": "move_place", "name": "bay_7", "at": [40, 6.6]}, "world-does-not-fit", "lies in no compartment"),
+        (ZONE_ELSEWHERE, "world-does-not-fit", "field_9 lies in no compartment"),
         ({"edit": "add_place", "place": HOME | {"name": "yard"}}, "name-in-use", "the name yard is in use"),
     ],
 )  # fmt: skip

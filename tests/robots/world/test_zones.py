@@ -38,6 +38,8 @@ def test_areas_to_keep_out_of_as_earlier_versions_wrote_them_are_zones() -> None
         ({"rule": "slow"}, "zones.0: spill: max_speed_m_s is of zones with the rule slow, and only of those"),
         ({"rule": "keep_out", "max_speed_m_s": 0.2}, "max_speed_m_s is of zones with the rule slow"),
         ({"rule": "slow", "max_speed_m_s": 0.01}, "zones.0.max_speed_m_s"),
+        ({"x": [-1e308, 1e308]}, "zones.spill reaches farther than 100000 m"),
+        ({"x": [50, 51]}, "zones.spill lies in no compartment"),
         ({"name": "bay_1"}, "names must be unique in a world"),
         ({"x": [2, 2]}, "x: 2 must be greater than 2"),
     ],
