@@ -8,7 +8,7 @@ import pytest
 
 from robots.clock import ManualClock
 from robots.link import PipeLink
-from robots.wire import Message, Performative, StatusQuery, Telemetry
+from robots.wire import Message, Performative, Receipt, StatusQuery, Telemetry
 from sim import SimulationError, Truth
 from sim.clock import CONTROL_S
 from sim.process.control import AskTruth, Done, Pause, Ready, Stop
@@ -33,6 +33,21 @@ class LoopUnderTest:
         for _ in range(round(wall_s / step_s)):
             self.clock.advance(step_s)
             self.loop.cycle()
+
+    def answer(self) -> None:
+        """Acknowledge what the robots have told, as the service does: they repeat it until then."""
+        for message in self.link.receive():
+            if not isinstance(message.body, Telemetry):
+                self.link.send(
+                    Message(
+                        performative=Performative.CONFIRM,
+                        sender="service",
+                        receiver=message.sender,
+                        sent_at_s=0.0,
+                        in_reply_to=message.id,
+                        body=Receipt(),
+                    )
+                )
 
     def command(self, command: object) -> object:
         self.control.send(command)
@@ -119,6 +134,8 @@ def test_a_world_at_rest_sleeps_until_a_message_arrives(
         return []
 
     monkeypatch.setattr("sim.process.world_loop.wait", sleep)
+    resting.run(2 * CONTROL_S)
+    resting.answer()
     resting.run(REST_AFTER_S - 0.1)
     assert slept_s == []
     resting.run(0.2)
