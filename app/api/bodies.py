@@ -114,7 +114,7 @@ class StatedNumber(Request):
 
     quantity: Name = Field(examples=["battery"])
     args: tuple[Name, ...] = Field(min_length=1, max_length=8, examples=[["rover_1"]])
-    value: float = Field(allow_inf_nan=False, examples=[0.8])
+    value: float = Field(allow_inf_nan=False, strict=True, examples=[0.8])
 
 
 class CorrectNumbers(Request):

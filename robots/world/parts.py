@@ -270,7 +270,7 @@ class WorldNumber(Checked):
 
     quantity: str
     args: tuple[str, ...] = Field(min_length=1)
-    value: float = Field(allow_inf_nan=False)
+    value: float = Field(allow_inf_nan=False, strict=True)
 
 
 class WorldFact(Checked):

@@ -94,6 +94,7 @@ def test_a_correction_is_told_with_who_made_it(api: TestClient, service: Service
         ("battery", ["yard_1", "yard_2"], 0.5, "malformed-number", None),
         ("battery", ["yard_1"], 1.01, "out-of-range", None),
         ("battery", ["yard_1"], -0.01, "out-of-range", None),
+        ("battery", ["yard_1"], True, "malformed-request", None),
         ("load", ["yard_1"], 1, "counted-number", "battery"),
         ("samples", ["bay_7"], 1, "counted-number", "battery"),
     ],
