@@ -42,6 +42,9 @@ EXAMPLE = [
 
 class CheckChange(Request):
     edits: list[AnyEdit] = Field(min_length=1, max_length=1000, examples=[EXAMPLE])
+    reason: str = Field(
+        default="", max_length=2000, description="so that the body of a change can be checked"
+    )
 
 
 class ChangeWorld(CheckChange):

@@ -74,7 +74,7 @@ def test_a_sample_that_is_removed_is_in_no_fact_and_a_goal_for_it_has_no_plan(
     open_goal = stated(api, "move sample_1 to bay_7")
     plan = follow(open_goal, "planned")["plan_id"]
     edits = [gone("sample_1")]
-    check = api.post(f"{CHANGES}:check", json={"edits": edits}).raise_for_status().json()
+    check = api.post(f"{CHANGES}:check", json={"edits": edits, "reason": "sold"}).raise_for_status().json()
     assert check["outdated_plans"] == [plan]
     assert {"predicate": "in", "args": ["sample_1", "door_1"]} in check["removed"]
     assert {"predicate": "vacant", "args": ["door_1"]} in check["added"]
