@@ -20,11 +20,14 @@ Spot = str
 
 def places_in_zones(world: WorldFile) -> Iterator[tuple[str, str, str]]:
     """Place, area and zone, where a robot of the area that stands at the place is in the zone."""
-    for zone in world.zones_of(ZoneRule.ONE_ROBOT):
-        for area in _areas(world):
-            for place, stands in _stands_in(area, world).items():
-                if _has_any(_claimed(zone), stands):
-                    yield place, area.name, zone.name
+    zones = world.zones_of(ZoneRule.ONE_ROBOT)
+    areas = [(area.name, _stands_in(area, world)) for area in _areas(world)] if zones else []
+    for zone in zones:
+        claimed = _claimed(zone)
+        for area, places in areas:
+            for place, stands in places.items():
+                if _has_any(claimed, stands):
+                    yield place, area, zone.name
 
 
 def crossings(
