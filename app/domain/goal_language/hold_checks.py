@@ -96,7 +96,9 @@ def _issues(
                 code="hold-over", kind="invalid", detail=f"{until.words}: that time has passed", thing=""
             )
         if until.in_s is not None and until.in_s > LONGEST_S:
-            detail = f"a span of more than {LONGEST_S:.0f} s is no end; leave out `until` to hold until an operator ends it"
+            detail = (
+                f"a span of more than {LONGEST_S:.0f} s is no end; leave out `until` for a hold without end"
+            )
             yield GoalIssue(code="hold-too-long", kind="invalid", detail=detail)
         if until.fact is None:
             continue
