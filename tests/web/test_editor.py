@@ -157,3 +157,24 @@ def test_robots_that_have_announced_themselves_are_admitted_or_refused(
     page.get_by_test_id("admit-gate_1").click()
     expect(page.get_by_test_id("edit-problem")).to_contain_text("the name gate_1 is in use")
     assert [one["state"] for one in service.factsheets] == ["in_force", "refused", "announced"]
+
+
+def test_the_map_stays_large_enough_to_draw_on_beside_what_is_open(
+    editing: "Page", service: FakeService
+) -> None:
+    number = {
+        "quantity": "load",
+        "value": 0.0,
+        "unit": "",
+        "text": "",
+        "counted": True,
+        "source": "",
+        "at_s": 0.0,
+    }
+    service.numbers = [number | {"args": [f"robot_{index}"]} for index in range(30)]
+    editing.set_viewport_size({"width": 390, "height": 844})
+    editing.locator(".numbers summary").click()
+    editing.locator(".numbers dt").last.wait_for()
+    box = editing.locator(".map-drawing").bounding_box()
+    assert box is not None
+    assert box["height"] > 140
