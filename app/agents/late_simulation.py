@@ -83,7 +83,7 @@ class LateSimulation:
 
     def _fail(self, why: str) -> None:
         logger.error("world %s cannot be started: %s", self._name, why)
-        self.failure = why
+        self.failure = why.strip().splitlines()[-1]  # it may be a traceback
         self._changed.set()
 
     @property

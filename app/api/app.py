@@ -13,6 +13,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddle
 
 from app.agents import Questions, RobotBoard
 from app.agents.robot_directory import RobotDirectory
+from app.agents.running_world import WorldState
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
@@ -181,13 +182,19 @@ def _add_health(api: FastAPI, service: Services) -> None:
         `waiting` while another process on the machine compiles them: problems of up to 8 goals are planned all the
         same, larger ones wait for it. It is `uncompiled` if they will not be compiled.
 
-        `starting` names worlds that were added and do not run yet: the others do not wait for them.
+        `starting` names worlds that were added and do not run yet, `failed` those that cannot be built: the others do
+        not wait for them.
         """
         try:
             executors = [one for one in service.executors.executors() if one.alive]
         except Exception:
             return problems.problem(503, "not-ready", "the database does not answer")
-        broken = [world for world in sorted(service.clocks) if _is_unreachable(service, world)]
+        failed = service.world_set.those(WorldState.FAILED)
+        broken = [
+            world
+            for world in sorted(service.clocks)
+            if world not in failed and _is_unreachable(service, world)
+        ]
         if broken:
             detail = f"no link to the robots of {', '.join(broken)}"
             return problems.problem(503, "world-unreachable", detail, worlds=broken)
@@ -198,8 +205,10 @@ def _add_health(api: FastAPI, service: Services) -> None:
             return problems.problem(503, "packs-differ", detail)
         plans = any(PLANNING.name in one.serves for one in executors)
         ready: dict[str, Any] = {"status": "ready", "compilation": service.compilation().value}
-        if starting := service.world_set.starting():
+        if starting := service.world_set.those(WorldState.STARTING):
             ready["starting"] = starting
+        if failed:
+            ready["failed"] = failed
         if not plans:
             # Goals are accepted, and planned once a planning process runs.
             return JSONResponse({**ready, "detail": "no process plans: start `macta worker`"})

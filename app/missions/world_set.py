@@ -130,11 +130,9 @@ class WorldSet:
         self._news.set()
         self._background.end()
 
-    def starting(self) -> list[str]:
-        """The added worlds whose simulations are being built."""
-        return sorted(
-            name for name, world in self._running.items() if world.status().state is WorldState.STARTING
-        )
+    def those(self, state: WorldState) -> list[str]:
+        """The worlds in this state."""
+        return sorted(name for name, world in self._running.items() if world.status().state is state)
 
     def find(self, name: str) -> None:
         """Look again whether another process has added a world of that name, unless it is known."""

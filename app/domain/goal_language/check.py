@@ -13,7 +13,7 @@ from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.problem import ROBOT, objects_of
 from app.domain.world_model.vocabulary import planner_fact
-from planner import KnowledgeBase, KnowledgeBaseError
+from planner import KnowledgeBase, KnowledgeBaseError, number_words
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
@@ -93,9 +93,12 @@ def _unknown_quantities(constraints: Constraints, knowledge_base: KnowledgeBase)
     known = [
         name for name, spec in knowledge_base.quantities.items() if tuple(spec.arguments.values()) == (ROBOT,)
     ]
-    for quantity in constraints.at_least:
+    for quantity, number in constraints.at_least.items():
         if quantity not in known:
             yield unknown_name("quantity", quantity, known)
+        elif not (spec := knowledge_base.quantities[quantity]).admits(number):
+            detail = f"at_least: {quantity} is {spec.range_words}, not {number_words(number)}"
+            yield GoalIssue(code="out-of-range", kind="invalid", detail=detail, thing=quantity)
 
 
 def _at_the_end(issue: GoalIssue) -> GoalIssue:

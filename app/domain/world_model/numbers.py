@@ -155,7 +155,7 @@ def counted_numbers(facts: Facts, things: Things, knowledge_base: KnowledgeBase)
 def initial_numbers(world: WorldFile, knowledge_base: KnowledgeBase) -> dict[Term, float]:
     """The numbers that hold at the start and are not counted: of the file, and the batteries of its robots.
 
-    :raises Invalid: if a number of the file is not of the vocabulary.
+    :raises Invalid: if a number of the file is not of the vocabulary, or stated twice.
     """
     things = Things.of(world)
     numbers: dict[Term, float] = {}
@@ -164,6 +164,12 @@ def initial_numbers(world: WorldFile, knowledge_base: KnowledgeBase) -> dict[Ter
     for stated in world.numbers:
         term = check_term(stated.quantity, stated.args, things, knowledge_base)
         check_value(stated.quantity, stated.value, knowledge_base)
+        if term in numbers:
+            raise Invalid(
+                f"{stated.quantity}({', '.join(stated.args)}) is stated already; a robot's battery stands in `robots`",
+                code="stated-twice",
+                thing=stated.quantity,
+            )
         numbers[term] = stated.value
     return numbers
 

@@ -290,6 +290,13 @@ def test_a_goal_asks_for_numbers_of_robots_only(api: TestClient) -> None:
         assert set(answer.json()["choices"]) == {"battery", "load"}
 
 
+def test_a_goal_asks_for_no_more_than_a_number_can_be(api: TestClient) -> None:
+    body = {"text": "move sample_2 to door_2", "constraints": {"at_least": {"battery": 1.5}}}
+    answer = api.post("/v1/goals", json=body)
+    assert (answer.status_code, answer.json()["type"]) == (422, "urn:macta:problem:out-of-range")
+    assert answer.json()["detail"].endswith("battery is 0 to 1, not 1.5")
+
+
 def test_what_follows_from_a_number_is_not_stated_as_a_fact(looking: Callable[[], Service]) -> None:
     with looking() as service, TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api:
         facts = [{"predicate": "battery_at_least_0_6", "args": ["yard_2"]}]

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from sqlalchemy import delete, select
 
+from app.domain.errors import Invalid
 from app.domain.world_model import Facts, initial_facts, revise_beliefs
 from app.domain.world_model.layout import layout_of
 from app.domain.world_model.numbers import initial_numbers
@@ -14,7 +15,7 @@ from app.store import Database, EventRow, NumberRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from planner import Fact
-from robots.world import WorldFile
+from robots.world import WorldFile, WorldNumber
 from tests.app.berthed_store import berthed_store
 from tests.app.sample_store import Store
 from tests.databases import ON_BOTH
@@ -207,3 +208,12 @@ def test_a_world_file_states_numbers_of_its_own() -> None:
     robots = tuple(one.model_copy(update={"battery": 0.4}) for one in RACKS.robots)
     world = RACKS.model_copy(update={"robots": robots})
     assert initial_numbers(world, STORE.base)["battery", ("yard_2",)] == 0.4
+
+
+def test_a_world_file_states_a_battery_with_its_robot_only() -> None:
+    stated = WorldNumber(quantity="battery", args=("yard_2",), value=0.6)
+    world = RACKS.model_copy(update={"numbers": (stated,)})
+    with pytest.raises(
+        Invalid, match=r"battery\(yard_2\) is stated already; a robot's battery stands in `robots`"
+    ):
+        initial_numbers(world, STORE.base)
