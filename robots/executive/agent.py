@@ -74,7 +74,6 @@ class BehaviouralAgent:
         :param memory: the state saved before a power failure; None for a robot that starts again.
         :param factsheet: what the robot tells of itself when it starts, and once it has changed; None: nothing.
         """
-        self._factsheet = factsheet
         self._announced: Factsheet | None = None
         self.profile = profile
         self._body = body
@@ -104,6 +103,9 @@ class BehaviouralAgent:
         self._sent_telemetry: Telemetry | None = None
         if memory is not None:
             self._recall(memory)
+        said = self._announced
+        is_said = factsheet is not None and said is not None and said.content == factsheet.content
+        self._unannounced = None if is_said else factsheet
 
     def memory(self) -> RobotMemory:
         """The state to restore after a power failure; to be called between two ticks."""
@@ -319,12 +321,12 @@ class BehaviouralAgent:
         return self._upkeep.refusal(self._percepts, current_tag=run.packet.tag if run else None)
 
     def _announce(self, now_s: float) -> None:
-        """Send the factsheet, unless the last one said the same."""
-        last = self._announced
-        if self._factsheet is None or (last is not None and last.content == self._factsheet.content):
+        """Send the factsheet once, unless the last one said the same."""
+        if self._unannounced is None:
             return
-        number = 0 if last is None else last.number + 1
-        self._announced = self._factsheet.model_copy(update={"number": number})
+        number = 0 if self._announced is None else self._announced.number + 1
+        self._announced = self._unannounced.model_copy(update={"number": number})
+        self._unannounced = None
         self._mailbox.report(Performative.INFORM, self._announced, now_s)
 
     def _send_reports(self, now_s: float) -> None:
