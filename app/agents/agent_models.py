@@ -185,9 +185,7 @@ class AgentModels:
                 now_s = self._wall.monotonic_s()
                 has_lease = self._has_lease()
                 if now_s >= readmit_s and has_lease:
-                    readmit_s = (
-                        now_s + DELIVER_S
-                    )  # first: what fails must not keep messages from being delivered
+                    readmit_s = now_s + DELIVER_S  # first: a failure below must not hold up messages
                     self._readmit()
                     self._record_batteries()
                 has_news = self._editions is not None and self._editions.has_news()

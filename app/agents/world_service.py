@@ -115,8 +115,6 @@ class WorldService:
         if name is None:
             raise Invalid("several worlds run: name one", code="world-needed", choices=sorted(self._worlds))
         self._find(name)
-        if name not in self._worlds:
-            raise UnknownWorld(name, self._worlds)
         return self._worlds[name]
 
     def facts(self, world: str) -> tuple[Sequence[tuple[Relation, FactRow]], int]:

@@ -1,7 +1,8 @@
 """Routes of worlds and their facts."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import Enum
+from functools import partial
 from typing import Any, Literal
 
 from fastapi import APIRouter, Response
@@ -49,31 +50,18 @@ def worlds_router(worlds: WorldService) -> APIRouter:
     def get_world(world_id: Id) -> WorldBody:
         return WorldBody.model_validate(worlds.get(world_id), from_attributes=True)
 
-    facts_json: dict[str, tuple[str, bytes]] = {}
-    """By world: the version's ETag and the answer."""
+    facts_json = _Serialised(worlds.version, partial(_facts, worlds))
+    numbers_json = _Serialised(worlds.numbers_version, partial(_numbers, worlds))
 
     @router.get("/worlds/{world_id}/facts", response_model=FactsBody)
     def get_facts(world_id: Id) -> Response:
         """Every believed fact with its source and time (world's clock)."""
-        etag = etag_of(worlds.version(world_id))
-        known = facts_json.get(world_id)
-        if known is None or known[0] != etag:
-            answer = _facts(worlds, world_id)
-            known = facts_json[world_id] = (etag_of(answer.version), answer.model_dump_json().encode())
-        return Response(known[1], media_type=JSON, headers={"etag": known[0]})
-
-    numbers_json: dict[str, tuple[str, bytes]] = {}
-    """Likewise for numeric facts."""
+        return facts_json.answer(world_id)
 
     @router.get("/worlds/{world_id}/numbers", response_model=NumbersBody)
     def get_numbers(world_id: Id) -> Response:
         """Every numeric fact with its source and time: batteries, loads, numbers of samples, readings."""
-        etag = etag_of(worlds.numbers_version(world_id))
-        known = numbers_json.get(world_id)
-        if known is None or known[0] != etag:
-            answer = _numbers(worlds, world_id)
-            known = numbers_json[world_id] = (etag_of(answer.version), answer.model_dump_json().encode())
-        return Response(known[1], media_type=JSON, headers={"etag": known[0]})
+        return numbers_json.answer(world_id)
 
     @router.put("/worlds/{world_id}/numbers", responses=declared(412))
     def correct_numbers(
@@ -129,6 +117,24 @@ def worlds_router(worlds: WorldService) -> APIRouter:
         return answer
 
     return router
+
+
+class _Serialised:
+    """Answers that are serialised once for each version of a world's facts or numbers."""
+
+    def __init__(self, version: Callable[[str], int], read: Callable[[str], FactsBody | NumbersBody]) -> None:
+        self._version = version
+        self._read = read
+        self._known: dict[str, tuple[str, bytes]] = {}
+        """By world: the version's ETag and the answer."""
+
+    def answer(self, world_id: str) -> Response:
+        etag = etag_of(self._version(world_id))
+        known = self._known.get(world_id)
+        if known is None or known[0] != etag:
+            answer = self._read(world_id)
+            known = self._known[world_id] = (etag_of(answer.version), answer.model_dump_json().encode())
+        return Response(known[1], media_type=JSON, headers={"etag": known[0]})
 
 
 def _facts(worlds: WorldService, world_id: str, dropped: Sequence[SymbolicFact] = ()) -> FactsBody:

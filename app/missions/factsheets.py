@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from app.agents.agent_models import FactsheetReply, Reception
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
-from app.domain.errors import Conflict, Invalid, MactaError, NotFound, UnknownWorld
+from app.domain.errors import Conflict, Invalid, MactaError, NotFound
 from app.domain.events import RobotAdmitted, RobotAnnounced, RobotRefused
 from app.domain.lifecycles.factsheet import (
     IN_WORLD,
@@ -138,7 +138,7 @@ class Factsheets:
 
         :param state: only those in this state.
         """
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         query = select(FactsheetRow).where(FactsheetRow.world == world).order_by(FactsheetRow.robot)
         if state is not None:
             query = query.where(FactsheetRow.state == state)
@@ -151,7 +151,7 @@ class Factsheets:
         :raises NotFound: if it has not announced itself. :raises Conflict: if it is in the world as it says.
         :raises MactaError: if it does not fit, as of any change of a world.
         """
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         with self._locked(world) as session:
             row = self._outside(session, world, robot)
             spec = self._specs(world).get(robot)
@@ -166,7 +166,7 @@ class Factsheets:
 
         :raises NotFound: if it has not announced itself. :raises Conflict: if it is in the world.
         """
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         with self._locked(world) as session:
             row = self._outside(session, world, robot)
             if robot in self._specs(world):
@@ -375,10 +375,6 @@ class Factsheets:
             self._core.facts.lock(session, world)
             self._worlds.read(session)
             yield session
-
-    def _refuse_unknown(self, world: str) -> None:
-        if world not in self._worlds:
-            raise UnknownWorld(world, self._worlds)
 
 
 def _known(row: FactsheetRow, message: Message, sheet: Factsheet) -> Reception | None:

@@ -8,7 +8,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, defer
 
 from app.core import Core
-from app.domain.errors import Conflict, Invalid, NotFound, Outdated, UnknownWorld
+from app.domain.errors import Conflict, Invalid, NotFound, Outdated
 from app.domain.events import WorldChanged
 from app.domain.lifecycles.factsheet import IN_WORLD
 from app.domain.lifecycles.plan import PlanState
@@ -100,12 +100,12 @@ class WorldChanges:
         with self._core.database.read() as session:
             rows = session.scalars(query.order_by(EditionRow.edition.desc()).limit(limit)).all()
         if not rows and before is None:
-            self._refuse_unknown(world)
+            self._worlds.refuse_unknown(world)
         return rows
 
     def check(self, world: str, edits: Sequence[WorldEdit], *, expected: int | None) -> CheckedChange:
         """What the edits would change; raises what `change` would."""
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         with self._core.database.read() as session:
             checked = self.checked(session, world, edits, expected)
             compared = self._core.facts.numbers.compared(session, world)
@@ -129,7 +129,7 @@ class WorldChanges:
         :raises Conflict: if facts, or running missions, do not permit it now.
         :raises Outdated: if the world was changed since `expected`.
         """
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         with self._core.database.write() as session:
             return self.make(
                 session, world, edits, actor=actor, source=source, reason=reason, expected=expected
@@ -162,7 +162,7 @@ class WorldChanges:
 
         :raises NotFound: if there is no such edition. :raises Conflict: if it cannot be undone, or was.
         """
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         with self._core.database.write() as session:
             row = session.get(EditionRow, (world, edition), with_for_update=True)
             if row is None:
@@ -360,10 +360,6 @@ class WorldChanges:
             for plan, net in nets.items()
             if broken_support(net, edited.facts | compared) or any(zones_against(net, world))
         ]
-
-    def _refuse_unknown(self, world: str) -> None:
-        if world not in self._worlds:
-            raise UnknownWorld(world, self._worlds)
 
 
 def _tags_of(edit: WorldEdit) -> Sequence[str]:

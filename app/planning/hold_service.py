@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
-from app.domain.errors import Busy, NotFound, UnknownWorld
+from app.domain.errors import Busy, NotFound
 from app.domain.events import HoldBegan, HoldEnded
 from app.domain.goal_language.hold_checks import comes_true
 from app.domain.goal_language.issues import GoalIssue, unknown_name
@@ -157,7 +157,7 @@ class HoldService:
 
     def of_world(self, world: str, *, state: HoldState, limit: int) -> Sequence[HoldRow]:
         """The holds of a world in this state, newest first."""
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         query = select(HoldRow).where(HoldRow.world == world, HoldRow.state == state)
         newest = query.order_by(HoldRow.created_at.desc(), HoldRow.id.desc()).limit(limit)
         with self._database.read() as session:
@@ -168,7 +168,7 @@ class HoldService:
 
         :raises NotFound: if the world has no such hold.
         """
-        self._refuse_unknown(world)
+        self._worlds.refuse_unknown(world)
         with self._database.write() as session:
             self._facts.lock(session, world)
             row = session.get(HoldRow, hold_id, with_for_update=True)
@@ -266,10 +266,6 @@ class HoldService:
     def _note_change(self) -> None:
         for watched in tuple(self._watched.values()):
             watched.has_changed.set()
-
-    def _refuse_unknown(self, world: str) -> None:
-        if world not in self._worlds:
-            raise UnknownWorld(world, self._worlds)
 
 
 def open_goals(session: Session, world: str) -> tuple[str, ...]:

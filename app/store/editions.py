@@ -57,6 +57,10 @@ class WorldDirectory(Mapping[str, WorldFile]):
         except KeyError:
             raise UnknownWorld(name, self._newest) from None
 
+    def refuse_unknown(self, name: str) -> None:
+        """:raises UnknownWorld: if there is no world of that name."""
+        self.edition(name)
+
     def file_digest(self, name: str) -> str:
         return digest_of(self._files[name])
 

@@ -13,6 +13,7 @@ from app.domain.world_model.vocabulary import symbolic, symbolic_all
 from app.store import FactRow, UnknownRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.numbers import NumberStore
+from app.store.records import lock_world
 from app.store.tables import utc_now
 from app.store.unknowns import INSTEAD_OF, PLACED, unknown_rows
 from planner import Fact, KnowledgeBase
@@ -26,9 +27,7 @@ _LOCKED = "locked facts"
 
 
 # Made once: making a select() takes as long as executing it.
-_OF_WORLD = WorldRow.id == bindparam("world")
-_VERSION = select(WorldRow.version).where(_OF_WORLD)
-_LOCKING = select(WorldRow).where(_OF_WORLD).with_for_update().execution_options(populate_existing=True)
+_VERSION = select(WorldRow.version).where(WorldRow.id == bindparam("world"))
 
 
 class FactStore:
@@ -91,7 +90,7 @@ class FactStore:
 
     def lock(self, session: Session, world: str) -> WorldRow:
         """The world's row, locked until the end of the transaction."""
-        return session.scalars(_LOCKING, {"world": world}).one()
+        return lock_world(session, world)
 
     def read_locked(self, session: Session, world: str) -> "WorldFacts":
         """Read the world's facts, once per transaction, and lock the world until its end."""

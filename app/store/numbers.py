@@ -20,6 +20,7 @@ from app.domain.world_model.numbers import (
 )
 from app.store import NumberRow, WorldRow
 from app.store.event_log import EventLog
+from app.store.records import lock_world
 from app.store.tables import utc_now
 from planner import Fact, KnowledgeBase, Numbers
 from robots.world import WorldFile
@@ -29,9 +30,7 @@ _CHANGED = "changed numbers"
 _LOCKED = "locked numbers"
 """Key of `Session.info`: the rows of the worlds that the transaction has locked, by world and term."""
 
-_OF_WORLD = WorldRow.id == bindparam("world")
-_VERSION = select(WorldRow.numbers_version).where(_OF_WORLD)
-_LOCKING = select(WorldRow).where(_OF_WORLD).with_for_update().execution_options(populate_existing=True)
+_VERSION = select(WorldRow.numbers_version).where(WorldRow.id == bindparam("world"))
 
 
 class NumberStore:
@@ -91,7 +90,7 @@ class NumberStore:
         :param is_told: they are a report, which counts only where nothing newer is known; of those that it finds
             unchanged, source and time are renewed.
         """
-        locked = session.scalars(_LOCKING, {"world": world}).one()
+        locked = lock_world(session, world)
         rows = self._rows(session, locked)
         if is_told:
             numbers = {
@@ -104,7 +103,7 @@ class NumberStore:
     def count(
         self, session: Session, world: WorldRow, changed: Facts, facts: Facts, *, source: str, at_s: float
     ) -> None:
-        """Count anew what the change of facts has changed.
+        """Count again what the change of facts has changed.
 
         :param world: locked.
         :param facts: after the change.
@@ -116,7 +115,7 @@ class NumberStore:
 
     def complete(self, session: Session, world: WorldFile, facts: Facts, *, source: str, at_s: float) -> None:
         """Give what the world has, but no number is known of, its first one; drop the numbers of what is gone."""
-        locked = session.scalars(_LOCKING, {"world": world.name}).one()
+        locked = lock_world(session, world.name)
         rows = self._rows(session, locked)
         first = initial_numbers(world, self._knowledge_base)
         things = Things.of(world)

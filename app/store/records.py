@@ -6,7 +6,7 @@ from operator import attrgetter, itemgetter
 from typing import Any, TypeVar, cast
 
 from sqlalchemy import Row as SelectedRow
-from sqlalchemy import Select, inspect, select, tuple_
+from sqlalchemy import Select, bindparam, inspect, select, tuple_
 from sqlalchemy.orm import Session
 from sqlalchemy.orm.interfaces import ORMOption
 
@@ -22,6 +22,7 @@ from app.store.tables import (
     PlanRow,
     ResultRow,
     ScriptRow,
+    WorldRow,
 )
 
 Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
@@ -32,6 +33,20 @@ UNENDED_SCRIPT = (
     ScriptRow.state.is_(None) | ScriptRow.state.not_in(TERMINAL_SCRIPTS),
 )
 """Conditions on scripts: given to a robot, which has not reported their end."""
+
+
+# Made once: making a select() takes as long as executing it.
+_LOCKING_WORLD = (
+    select(WorldRow)
+    .where(WorldRow.id == bindparam("world"))
+    .with_for_update()
+    .execution_options(populate_existing=True)
+)
+
+
+def lock_world(session: Session, world: str) -> WorldRow:
+    """The world's row, locked until the end of the transaction."""
+    return session.scalars(_LOCKING_WORLD, {"world": world}).one()
 
 
 def refuse_removed(session: Session, world: str) -> None:

@@ -90,39 +90,31 @@ class Times:
 
         :param text: the sentence.
         """
-        missions = tuple(self.missions())
-        mission = _named_in(phrase.words, missions, MISSION)
-        if mission is not None:
-            return mission
-        said = text[slice(*phrase.span)]
-        no_such = f"no mission {said!r} is open" if said else "which mission?"
-        are_open = f"open missions: {joined(missions, last='and')}" if missions else "none is open"
-        return Clarification(
-            code="unknown-mission",
-            detail=f"{no_such}; {are_open}",
-            thing=phrase.said,
-            choices=missions,
-            span=phrase.span,
-        )
+        return _open(MISSION, tuple(self.missions()), phrase, text)
 
     def goal(self, phrase: Phrase, text: str) -> str | Clarification:
         """The id of the goal that a phrase names, one that is not over.
 
         :param text: the sentence.
         """
-        goals = tuple(self.goals())
-        goal = _named_in(phrase.words, goals, GOAL)
-        if goal is not None:
-            return goal
-        said = text[slice(*phrase.span)]
-        return Clarification(
-            code="unknown-goal",
-            detail=f"no goal {said!r} is open; "
-            + (f"open goals: {joined(goals, last='and')}" if goals else "none is open"),
-            thing=phrase.said,
-            choices=goals,
-            span=phrase.span,
-        )
+        return _open(GOAL, tuple(self.goals()), phrase, text)
+
+
+def _open(kind: str, names: Sequence[str], phrase: Phrase, text: str) -> str | Clarification:
+    """The open mission or goal that a phrase names."""
+    named = _named_in(phrase.words, names, kind)
+    if named is not None:
+        return named
+    said = text[slice(*phrase.span)]
+    no_such = f"no {kind} {said!r} is open" if said else f"which {kind}?"
+    are_open = f"open {kind}s: {joined(names, last='and')}" if names else "none is open"
+    return Clarification(
+        code=f"unknown-{kind}",
+        detail=f"{no_such}; {are_open}",
+        thing=phrase.said,
+        choices=tuple(names),
+        span=phrase.span,
+    )
 
 
 def _within(tail: Tail, text: str) -> tuple[Due, str] | Clarification:
