@@ -18,10 +18,12 @@ import psycopg
 from pydantic_core import from_json
 from sqlalchemy import Connection, Engine, create_engine, event, func, insert, make_url, select
 from sqlalchemy.engine.interfaces import DBAPIConnection
-from sqlalchemy.exc import DBAPIError, InterfaceError, OperationalError
+from sqlalchemy.exc import DBAPIError, DisconnectionError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import DeclarativeBase, Session
-from sqlalchemy.pool import ConnectionPoolEntry
+from sqlalchemy.pool import ConnectionPoolEntry, PoolProxiedConnection
+
+from app.domain.clock import SYSTEM_CLOCK
 
 CHANNEL = "macta"
 """The PostgreSQL notification channel of the processes that share a database."""
@@ -29,6 +31,9 @@ WRITTEN = "written"
 """The topic of every write transaction that appended an event."""
 IN_ORDER = "in order"
 """The name of the lock under which rows that are numbered in commit order are written."""
+TESTED_AFTER_S = 0.1
+"""A pooled connection that was not used for this long (wall clock) is tested before its next use. No server starts again
+within this time."""
 STATEMENT_CANCELLED = "57014"
 """PostgreSQL's SQLSTATE of a cancelled statement: the server is available."""
 POSTGRESQL_UNWRITABLE = ("53100", "25006")
@@ -50,6 +55,11 @@ class Database:
     def __init__(self, url: str) -> None:
         self.url = url
         self.engine = _engine(url)
+        # On PostgreSQL each statement of a transaction sees what is committed by then (READ COMMITTED), so that a
+        # transaction adds two messages to the server to a read, and nothing else.
+        self._reader = (
+            self.engine.execution_options(isolation_level="AUTOCOMMIT") if self.shared else self.engine
+        )
         self.name = uuid.uuid4().hex
         """Identifies this process among those that share the database."""
         self._turn: AbstractContextManager[object] = nullcontext() if self.shared else Lock()
@@ -82,8 +92,8 @@ class Database:
 
     @contextmanager
     def read(self) -> Iterator[Session]:
-        """A consistent read-only view."""
-        with self.engine.connect() as connection:
+        """A read-only view: consistent on SQLite, on PostgreSQL each statement for itself."""
+        with self._reader.connect() as connection:
             if connection.dialect.name == "sqlite":
                 connection.exec_driver_sql("BEGIN")
             with Session(connection, expire_on_commit=False) as session:
@@ -115,6 +125,8 @@ class Database:
 _AFTER_COMMIT = "after_commit"
 _LAST = "last"
 _TOPICS = "topics"
+# Key of a pooled connection's `info`.
+_USED_S = "used_s"
 
 
 def write_last(session: Session, table: type[DeclarativeBase], **values: Any) -> None:
@@ -175,14 +187,16 @@ def after_commit(session: Session, call: Callable[[], None]) -> None:
 
 def _engine(url: str) -> Engine:
     if not url.startswith("sqlite"):
-        return create_engine(
+        engine = create_engine(
             url,
             json_deserializer=from_json,
-            pool_pre_ping=True,
             pool_size=10,
             max_overflow=20,
+            pool_use_lifo=True,
             connect_args={"connect_timeout": 5, "keepalives_idle": 10, "keepalives_interval": 5},
         )
+        replace_broken_connections(engine)
+        return engine
     if path := make_url(url).database:
         _make_private(Path(path))
     engine = create_engine(
@@ -207,6 +221,24 @@ def _engine(url: str) -> Engine:
         """`Database` issues BEGIN."""
 
     return engine
+
+
+def replace_broken_connections(engine: Engine) -> None:
+    """Replace a pooled connection that is broken, if it was not used lately; others are not asked for each use."""
+
+    @event.listens_for(engine, "checkin")
+    def _note(_: DBAPIConnection | None, entry: ConnectionPoolEntry) -> None:
+        entry.info[_USED_S] = SYSTEM_CLOCK.monotonic_s()
+
+    @event.listens_for(engine, "checkout")
+    def _test(connection: DBAPIConnection, entry: ConnectionPoolEntry, _: PoolProxiedConnection) -> None:
+        used_s = entry.info.get(_USED_S)
+        if used_s is None or SYSTEM_CLOCK.monotonic_s() - used_s < TESTED_AFTER_S:
+            return
+        try:
+            engine.dialect.do_ping(connection)
+        except engine.dialect.loaded_dbapi.Error as error:
+            raise DisconnectionError from error  # the pool makes a new one
 
 
 def _make_private(path: Path) -> None:

@@ -8,6 +8,7 @@ from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from app.store import is_unwritable
+from app.store.engine import replace_broken_connections
 
 POOL_SIZE = 25
 IDLE_TRANSACTION_TIMEOUT_MS = 60_000
@@ -15,14 +16,15 @@ IDLE_TRANSACTION_TIMEOUT_MS = 60_000
 
 
 def create_system_engine(url: str) -> Engine:
-    """An engine for `DBOSConfig` and `DBOSClient`: pool with pre-ping, immediate write transactions on SQLite."""
-    pool: dict[str, Any] = {"pool_size": POOL_SIZE, "max_overflow": 0, "pool_pre_ping": True}
+    """An engine for `DBOSConfig` and `DBOSClient`: immediate write transactions on SQLite."""
+    pool: dict[str, Any] = {"pool_size": POOL_SIZE, "max_overflow": 0, "pool_use_lifo": True}
     if url.startswith("sqlite"):
         engine = create_engine(url, **pool)
         event.listen(engine, "connect", _prepare_sqlite)
     else:
         options = f"-c idle_in_transaction_session_timeout={IDLE_TRANSACTION_TIMEOUT_MS}"
         engine = create_engine(url, **pool, connect_args={"connect_timeout": 10, "options": options})
+        replace_broken_connections(engine)
     event.listen(engine, "handle_error", _report_as_locked)
     return engine
 
