@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
 from benchmarks.stack import Whole
-from robots.executive.mailbox import KEPT_ANSWERS
+from robots.contract.mailbox import KEPT_ANSWERS
 from robots.wire import Message, Performative, StatusQuery
 from robots.world.generate import generate_world, store_shape
 from sim.process.snapshot_file import SnapshotFile

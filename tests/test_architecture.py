@@ -24,7 +24,7 @@ ORDER = {
         database_url packs store domain""",
     "planner": """up_engine up_registration repair engines alternatives native_process interchange explanation bounds
         relaxation problem plan_nets knowledge compiled fact errors""",
-    "robots": """executive repertoire reactive conditions perception physical world link wire compiled
+    "robots": """adapters executive repertoire reactive conditions perception physical world contract link wire compiled
         background_compilation compilation kernels clock data extensions errors""",
     "sim": """trials process world bodies physics truth snapshot clock error""",
     "web": """viewer live_world recording page_feed world_feed scene document_cache viser_private api_types""",
@@ -129,8 +129,14 @@ def test_no_modules_import_each_other_in_a_circle(package: str) -> None:
     assert not left, f"in a circle, or above one: {sorted(left)}"
 
 
-def test_the_wire_the_link_and_the_world_file_import_no_part_of_a_robots_runtime() -> None:
-    allowed = {"wire": {"wire"}, "link": {"link", "wire"}, "world": {"world", "wire"}}
+def test_the_contract_with_the_service_and_the_world_file_import_no_part_of_a_behavioural_agent() -> None:
+    allowed = {
+        "wire": {"wire"},
+        "link": {"link", "wire"},
+        "world": {"world", "wire"},
+        "contract": {"contract", "link", "wire"},
+        "adapters": {"adapters", "contract", "link", "wire"},
+    }
     for room, rooms in allowed.items():
         for module, targets in graph("robots").items():
             if module.startswith(f"robots.{room}"):

@@ -5,14 +5,15 @@ from dataclasses import replace
 
 from robots.clock import Clock
 from robots.conditions.facts import REPORTED
+from robots.contract.known_scripts import StaleScripts, remember, supersedes
+from robots.contract.mailbox import Mailbox
+from robots.contract.telemetry_rate import TELEMETRY_S, is_due
 from robots.errors import RepertoireError, SensorFault
 from robots.executive.control_loop import LOOPS, ControlLoop
 from robots.executive.discoveries import Discoveries
 from robots.executive.executive import Executive
-from robots.executive.known_scripts import StaleScripts, remember, supersedes
-from robots.executive.mailbox import Mailbox
 from robots.executive.memory import RobotMemory
-from robots.executive.telemetry import is_due, telemetry
+from robots.executive.telemetry import telemetry
 from robots.executive.teleoperation import Teleoperation
 from robots.executive.trace import Trace
 from robots.executive.upkeep import Upkeep
@@ -49,8 +50,6 @@ from robots.wire import (
     UpkeepReport,
 )
 
-TELEMETRY_S = 0.1
-"""Least interval between two messages of telemetry, by the world's clock."""
 FAULT_S = 5.0
 """The robot stands still for this long while an essential sensor fails; then it gives up its script."""
 READ_ONCE = tuple(SensorAction(sensor=sensor, mode=Mode.ONE_SHOT) for sensor in sorted(REPORTED))

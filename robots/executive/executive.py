@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Sequence
 
 from robots.conditions.facts import perceived
+from robots.contract.known_scripts import ENDED, ScriptStates
 from robots.errors import RepertoireError
-from robots.executive.known_scripts import ENDED, ScriptStates
 from robots.executive.memory import ExecutiveMemory, ScriptMemory
 from robots.executive.packet_run import Outcome, PacketRun
 from robots.executive.reports import Report, cancelled_before_arrival_report, packet_report, script_report

@@ -6,11 +6,12 @@ the pose estimate. Not kept: sightings, tracked objects, the grid of its surroun
 
 from pydantic import ConfigDict, Field
 
+from robots.contract.memory import MailboxMemory, StaleMemory
 from robots.data import Checked, Memory
 from robots.perception.localisation import EstimateMemory
 from robots.perception.progress import WayMemory
 from robots.reactive.stall import StallMemory
-from robots.wire import BehaviourScript, Factsheet, Message, PacketState, ScriptState
+from robots.wire import BehaviourScript, Factsheet, PacketState, ScriptState
 from robots.wire.operator import PacketTunings
 
 
@@ -52,25 +53,11 @@ class ExecutiveMemory(Checked):
     states: dict[str, ScriptState] = Field(default_factory=dict)
 
 
-class MailboxMemory(Checked):
-    """Answers, each with the request that it names, and reports without a receipt; oldest first."""
-
-    answers: tuple[Message, ...] = ()
-    reports: tuple[Message, ...] = ()
-
-
 class UpkeepMemory(Memory):
     """How often the robot has sought its charger, and when it last started; None if never."""
 
     count: int = 0
     began_s: float | None = None
-
-
-class StaleMemory(Checked):
-    """Scripts cancelled before they arrived, and the newest revision of each mission; oldest first."""
-
-    cancelled: tuple[str, ...] = ()
-    revisions: dict[str, int] = Field(default_factory=dict)
 
 
 class RobotMemory(Checked):

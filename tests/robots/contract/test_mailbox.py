@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from robots.executive.mailbox import KEPT_REPORTS, RESENT_A_TICK, Mailbox
+from robots.contract.mailbox import KEPT_REPORTS, RESENT_A_TICK, Mailbox
 from robots.link import InMemoryLink, Link, LinkClosed
 from robots.physical.body import Pose
 from robots.wire import (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from robots.executive.telemetry import UNCHANGED_EVERY_S, is_due
+from robots.contract.telemetry_rate import UNCHANGED_EVERY_S, is_due
 from robots.wire import Telemetry
 
 SENT = Telemetry(at_s=10.0, x_m=1.0, y_m=2.0, heading_rad=0.0)

@@ -4,8 +4,8 @@ from collections import OrderedDict
 from collections.abc import Mapping
 from typing import TypeVar
 
+from robots.contract.memory import StaleMemory
 from robots.errors import RobotError
-from robots.executive.memory import StaleMemory
 from robots.wire import OWN, BehaviourScript, ScriptState
 
 T = TypeVar("T")

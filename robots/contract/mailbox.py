@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from robots.executive.known_scripts import remember
-from robots.executive.memory import MailboxMemory
+from robots.contract.known_scripts import remember
+from robots.contract.memory import MailboxMemory
 from robots.link import Link, LinkClosed
 from robots.wire import (
     Acknowledgement,
@@ -53,6 +53,8 @@ class Mailbox:
         self._received_s = float("-inf")
         self._answers: OrderedDict[str, Message | None] = OrderedDict()
         self._kept: OrderedDict[str, _Kept] = OrderedDict()
+        self.changes = 0
+        """Counts the changes of what `memory` holds."""
 
     @property
     def kept(self) -> int:
@@ -82,7 +84,7 @@ class Mailbox:
         new = []
         for message in self._arrived():
             if isinstance(message.body, Receipt):
-                self._kept.pop(message.in_reply_to or "", None)
+                self.changes += self._kept.pop(message.in_reply_to or "", None) is not None
             elif isinstance(message.body, SetPoint):
                 new.append(message)
             elif message.id in self._answers:
@@ -118,6 +120,7 @@ class Mailbox:
         """Send a report and keep it until its receipt."""
         message = self._compose(performative, body, now_s)
         self._kept[message.id] = _Kept(message, now_s)
+        self.changes += 1
         if len(self._kept) > KEPT_REPORTS:
             self._drop_one()
         self._send(message)
@@ -158,6 +161,7 @@ class Mailbox:
 
     def _note(self, request_id: str, answer: Message | None) -> None:
         remember(self._answers, request_id, answer, KEPT_ANSWERS)
+        self.changes += answer is not None
 
     def _drop_one(self) -> None:
         """Drop the oldest packet report without results; without any, the oldest report."""

@@ -2,8 +2,8 @@
 
 import pytest
 
-from robots.executive.known_scripts import REMEMBERED, StaleScripts
-from robots.executive.memory import StaleMemory
+from robots.contract.known_scripts import REMEMBERED, StaleScripts
+from robots.contract.memory import StaleMemory
 from robots.physical.body import Pose
 from robots.wire import (
     Acknowledgement,
