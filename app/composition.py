@@ -14,7 +14,7 @@ from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.battery_record import BatteryRecord
 from app.agents.edition_delivery import EditionDelivery
 from app.agents.robot_directory import RobotDirectory
-from app.agents.running_world import RunningWorld, WorldHost
+from app.agents.running_world import RejectsMessages, RunningWorld, WorldHost
 from app.agents.running_worlds import RunningWorlds
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
@@ -81,6 +81,7 @@ from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
 from robots.background_compilation import BackgroundCompilation, Stage
 from robots.clock import Clock
+from robots.link.mqtt.inbox import Rejected
 from robots.world import WorldFile
 
 logger = logging.getLogger(__name__)
@@ -419,6 +420,7 @@ class Service:
             waits_for=self._waits_for,
             compilation=self._stage,
             other_packs=self._other_packs,
+            invalid_messages=self._invalid_messages,
         )
         return build_api(services, viewer=self._viewer, static=WEB)
 
@@ -436,6 +438,14 @@ class Service:
                 theirs[f"the fleet of {name}"] = fleet.packs
         found = ((who, difference(self._pack_digests, packs)) for who, packs in theirs.items() if packs)
         return [f"{who}: {words}" for who, words in found if words]
+
+    def _invalid_messages(self) -> Mapping[str, Rejected]:
+        found: dict[str, Rejected] = {}
+        for name, world in sorted(self._running.items()):
+            link = world.fleet
+            if isinstance(link, RejectsMessages) and link.rejected is not None:
+                found[name] = link.rejected
+        return found
 
     def _waits_for(self) -> str:
         return "" if self.planner_ready.done() else f"the planner is starting: {self._worker.doing}"

@@ -34,13 +34,17 @@ from robots.wire import (
     FactsheetAnswer,
     FactsheetState,
     Message,
+    NotUnderstood,
     Performative,
     Receipt,
+    Refusal,
     Retune,
     ScriptRequest,
     StatusQuery,
     Telemetry,
     TuningReport,
+    UnknownBody,
+    UnknownKinds,
     WorldEdition,
 )
 from robots.world import LinkSpec
@@ -51,6 +55,11 @@ DELIVER_S = 1.0
 IDLE_DELIVER_S = 5.0
 """Wall-clock seconds between two deliveries while nothing is unanswered and nothing was written: the notification of a
 message may be lost."""
+
+TUNING = "tuning"
+"""In the ids of messages that bring one."""
+MAX_DIGITS = 10
+"""Of the version of a tuning."""
 
 logger = logging.getLogger(__name__)
 
@@ -152,6 +161,8 @@ class AgentModels:
         self._served: Mapping[str, LinkSpec] = {}
         self._serve(robots())
         self._due = threading.Event()
+        self._unknown_kinds = UnknownKinds()
+        self._unknown = 0
         self._background = Background(f"agents-{world}", self._run)
         database.committed.append(self._due.set)
 
@@ -179,7 +190,7 @@ class AgentModels:
             try:
                 self._each_turn()
                 self._serve(self._links())
-                received = self._communications.receive(RECEIVE_S)
+                received = [_as_refusal(one) for one in self._communications.receive(RECEIVE_S)]
                 self._record([message for message in received if not self._handle(message)])
                 self._ask()
                 now_s = self._wall.monotonic_s()
@@ -225,10 +236,28 @@ class AgentModels:
         is_handled = self._questions.answered(message) or self._teleoperation.refused(message)
         if is_handled or not self._has_lease():
             return True
-        if isinstance(message.body, TuningReport):
-            self._tunings.record_answer(self._world, message.sender, message.performative, message.body)
-            return True
-        return False
+        match message.body:
+            case TuningReport() as report:
+                self._tunings.record_answer(self._world, message.sender, message.performative, report)
+            case UnknownBody():
+                self._answer_unknown(message)
+            case NotUnderstood(reason=reason):
+                logger.debug("%s does not understand %s: %s", message.sender, message.in_reply_to, reason)
+            case _:
+                return False
+        return True
+
+    def _answer_unknown(self, message: Message) -> None:
+        answer = self._unknown_kinds.answer(message, self._wall.monotonic_s())
+        if answer is not None:
+            self._unknown += 1
+            if str(self._unknown).strip("0") == "1":  # the first, the tenth, the hundredth …
+                logger.warning(
+                    "%s sent a message of an %s (%d so far)", message.sender, answer.reason, self._unknown
+                )
+            self._communications.send(
+                message.sender, Performative.NOT_UNDERSTOOD, answer, in_reply_to=message.id
+            )
 
     def _record(self, messages: Sequence[Message]) -> None:
         """Record messages, together if possible, and confirm those that robots repeat.
@@ -272,7 +301,7 @@ class AgentModels:
             send(WORLD, request, Performative.REQUEST, change)
         for row in self._tunings.pending(self._world):
             retune = Retune(version=row.version, tuning=row.tuning)
-            send(row.robot, f"{row.robot}:tuning:{row.version}", Performative.REQUEST, retune)
+            send(row.robot, f"{row.robot}:{TUNING}:{row.version}", Performative.REQUEST, retune)
         for script in self._open_scripts():
             if script.delivery == Delivery.PENDING and not script.stopping:
                 body = BehaviourScript.model_validate(script.body)
@@ -311,6 +340,23 @@ class AgentModels:
             for row, state in found
             if state != MissionState.PAUSED or row.delivery != Delivery.PENDING or row.stopping
         ]
+
+
+def _as_refusal(message: Message) -> Message:
+    """A refusal for a robot's not-understood, if the request's id names its subject; other messages as they are."""
+    if not isinstance(message.body, NotUnderstood):
+        return message
+    subject, _, request = (message.in_reply_to or "").partition(":")
+    reason = f"not understood: {message.body.reason}"
+    kind, _, version = request.partition(":")
+    body: TuningReport | Refusal
+    if kind == TUNING and version.isdecimal() and len(version) < MAX_DIGITS:
+        body = TuningReport(version=int(version), reason=reason)
+    elif request:
+        body = Refusal(script_id=subject, reason=reason)
+    else:
+        return message
+    return message.model_copy(update={"performative": Performative.REFUSE, "body": body})
 
 
 def _open_scripts_query(world: str, robots: Collection[str]) -> Select[ScriptRow, str]:

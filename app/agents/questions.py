@@ -7,7 +7,7 @@ from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
 from dataclasses import dataclass, field
 
-from app.domain.errors import Busy, Silent
+from app.domain.errors import Busy, Conflict, Silent
 from robots.wire import Body, Message, TraceQuery, TraceReport, new_message_id
 
 MAX_OPEN = 8
@@ -38,10 +38,12 @@ class Questions:
         """The robot's trace of behaviour synthesis over the last seconds. Blocks until the robot answers.
 
         :raises Silent: if it does not in time.
+        :raises Conflict: if it has none: it refuses, or does not understand the question.
         :raises Busy: if `MAX_OPEN` questions to it are open.
         """
         answer = self._ask(Question(robot=robot, body=TraceQuery(seconds=seconds)))
-        assert isinstance(answer, TraceReport)
+        if not isinstance(answer, TraceReport):
+            raise Conflict(f"{robot} keeps no trace", code="no-trace")
         return answer
 
     def to_send(self, robots: Collection[str]) -> list[Question]:
@@ -58,7 +60,7 @@ class Questions:
             question = self._open.pop(message.in_reply_to or "", None)
         if question is not None:
             question.answer.set_result(message.body)
-        return isinstance(message.body, TraceReport)
+        return question is not None or isinstance(message.body, TraceReport)
 
     def _ask(self, question: Question) -> Body:
         with self._lock:

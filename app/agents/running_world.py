@@ -3,13 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from app.agents.late_simulation import LateSimulation
 from app.agents.robot_board import RobotBoard
 from robots.clock import Clock
 from robots.link import Link
 from robots.link.mqtt.fleet import ANNOUNCE_INTERVAL_S
+from robots.link.mqtt.inbox import Rejected
 from robots.link.transport import ServiceEnd
 from robots.world import WorldFile
 
@@ -52,6 +53,16 @@ class Driver(Protocol):
         ...
 
     def take_up(self, run: str) -> None: ...
+
+
+@runtime_checkable
+class RejectsMessages(Protocol):
+    """A link that drops invalid messages and says so; those of packages need not."""
+
+    @property
+    def rejected(self) -> Rejected | None:
+        """None: none so far."""
+        ...
 
 
 class WorldHost(Protocol):

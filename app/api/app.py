@@ -1,7 +1,7 @@
 """The FastAPI application: routes, streams, problems, the console's files and authentication."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -59,6 +59,7 @@ from app.workflows import PLANNING
 from app.workflows.leases import Executor, ExecutorRegistry
 from robots.background_compilation import Stage
 from robots.clock import Clock
+from robots.link.mqtt.inbox import Rejected
 
 MIN_COMPRESSED_BYTES = 2000
 COMPRESSION_LEVEL = 4
@@ -73,6 +74,7 @@ class Services:
     :param waits_for: why the service cannot plan yet; empty once it can.
     :param compilation: how far the compilation of its planner and its worlds is.
     :param other_packs: which of the service's processes run other domain packs than this one, in words.
+    :param invalid_messages: by world, the messages from its robots that were dropped as invalid.
     """
 
     token: str
@@ -104,6 +106,7 @@ class Services:
     waits_for: Callable[[], str] = lambda: ""
     compilation: Callable[[], Stage] = lambda: Stage.COMPILED
     other_packs: Callable[[Sequence[Executor]], Sequence[str]] = lambda executors: ()
+    invalid_messages: Callable[[], Mapping[str, Rejected]] = dict
 
 
 def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
@@ -183,7 +186,8 @@ def _add_health(api: FastAPI, service: Services) -> None:
         same, larger ones wait for it. It is `uncompiled` if they will not be compiled.
 
         `starting` names worlds that were added and do not run yet, `failed` those that cannot be built: the others do
-        not wait for them.
+        not wait for them. `invalid_messages` says, by world, how many messages of robots were dropped as invalid, and
+        what was wrong with the last.
         """
         try:
             executors = [one for one in service.executors.executors() if one.alive]
@@ -209,6 +213,8 @@ def _add_health(api: FastAPI, service: Services) -> None:
             ready["starting"] = starting
         if failed:
             ready["failed"] = failed
+        if rejected := service.invalid_messages():
+            ready["invalid_messages"] = {world: asdict(one) for world, one in rejected.items()}
         if not plans:
             # Goals are accepted, and planned once a planning process runs.
             return JSONResponse({**ready, "detail": "no process plans: start `macta worker`"})

@@ -31,6 +31,8 @@ class Request(BaseModel):
 class StatedFact(SymbolicFact):
     """A fact as a client states it."""
 
+    model_config = ConfigDict(extra="forbid")
+
     predicate: Name
     args: tuple[Name, ...] = Field(default=(), max_length=8)
 

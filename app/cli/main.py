@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from app.cli import packs as pack_commands
-from app.cli import production, worlds
+from app.cli import production, robots, worlds
 from app.cli.options import (
     Broker,
     PackNames,
@@ -43,6 +43,7 @@ def choose_cache(context: typer.Context) -> None:
 
 app.add_typer(worlds.commands, name="world")
 app.add_typer(pack_commands.commands, name="pack")
+app.add_typer(robots.commands, name="robot")
 experiments = typer.Typer(no_args_is_help=True, help="Run experiments on simulated robots, over many seeds.")
 app.add_typer(experiments, name="experiment")
 app.command()(production.fleet)

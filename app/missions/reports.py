@@ -70,6 +70,8 @@ from robots.wire import (
     UpkeepReport,
 )
 
+OfScript = Acknowledgement | Refusal | PacketReport | ScriptReport | StatusReport
+"""Reports and answers about a script."""
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
 
 logger = logging.getLogger(__name__)
@@ -402,7 +404,7 @@ class MissionReports:
 
 def _subjects_of(session: Session, messages: Sequence[Message]) -> dict[str, _Subject]:
     """By message, the script that it is about, with its mission, locked; without those that are no script's."""
-    script_ids = {message.id: getattr(message.body, "script_id", "") for message in messages}
+    script_ids = {message.id: _script_of(message) for message in messages}
     found = session.scalars(select(ScriptRow).where(ScriptRow.id.in_(set(script_ids.values())))).all()
     if not found:
         return {}
@@ -472,6 +474,11 @@ def _note_waiting(script: ScriptRow, report: StatusReport) -> None:
     known = script.packets.get(report.packet_id, {"state": PacketState.INITIALIZING.value})
     if known["state"] == PacketState.INITIALIZING:
         script.packets = {**script.packets, report.packet_id: {**known, "detail": report.detail}}
+
+
+def _script_of(message: Message) -> str:
+    """The id of the script that a message is about; empty for others, also if they have a field of that name."""
+    return message.body.script_id if isinstance(message.body, OfScript) else ""
 
 
 def _row(message: Message) -> MessageRow:

@@ -138,7 +138,7 @@ class ContractRobot:
         step_s = max(0.0, now_s - self._last_s) if self._last_s is not None else 0.0
         self._last_s = now_s
         self._advance(step_s, now_s)
-        for message in self._mailbox.collect():
+        for message in self._mailbox.collect(now_s):
             self._handle(message, now_s)
         self._announce(now_s)
         self._send_reports(now_s)

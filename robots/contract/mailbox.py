@@ -16,11 +16,14 @@ from robots.wire import (
     Acknowledgement,
     Body,
     Message,
+    NotUnderstood,
     PacketReport,
     Performative,
     Receipt,
     Refusal,
     SetPoint,
+    UnknownBody,
+    UnknownKinds,
 )
 
 SERVICE = "service"
@@ -55,6 +58,7 @@ class Mailbox:
         self._kept: OrderedDict[str, _Kept] = OrderedDict()
         self.changes = 0
         """Counts the changes of what `memory` holds."""
+        self._unknown_kinds = UnknownKinds()
 
     @property
     def kept(self) -> int:
@@ -76,15 +80,21 @@ class Mailbox:
             self._kept[report.id] = _Kept(report, float("-inf"))
         self._received_s = now_s
 
-    def collect(self) -> Sequence[Message]:
+    def collect(self, now_s: float) -> Sequence[Message]:
         """New messages for this robot. A repeated request gets its earlier answer again and is left out.
+
+        Messages of unknown kinds are answered here. A report that the service does not understand is forgotten, as one
+        with a receipt.
 
         NOTE: set-points are idempotent and not noted: a minute of them would displace every other answer.
         """
         new = []
         for message in self._arrived():
-            if isinstance(message.body, Receipt):
+            if isinstance(message.body, Receipt | NotUnderstood):
                 self.changes += self._kept.pop(message.in_reply_to or "", None) is not None
+            elif isinstance(message.body, UnknownBody):
+                if (answer_to := self._unknown_kinds.answer(message, now_s)) is not None:
+                    self.tell(message, answer_to, now_s, Performative.NOT_UNDERSTOOD)
             elif isinstance(message.body, SetPoint):
                 new.append(message)
             elif message.id in self._answers:

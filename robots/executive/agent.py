@@ -213,7 +213,7 @@ class BehaviouralAgent:
         self._deferred = []
         for message in deferred:
             self._handle(message, now_s)
-        for message in self._mailbox.collect():
+        for message in self._mailbox.collect(now_s):
             blind = self._percepts is None or not self._percepts.data.holds(REPORTED)
             if blind and self._needs_percepts(message):
                 self._deferred.append(message)

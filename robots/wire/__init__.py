@@ -1,6 +1,7 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
 from robots.wire.messages import (
+    KINDS,
     MAX_FACTSHEET_BYTES,
     WORLD,
     Acknowledgement,
@@ -12,6 +13,7 @@ from robots.wire.messages import (
     FactsheetAnswer,
     FactsheetState,
     Message,
+    NotUnderstood,
     PacketReport,
     Performative,
     Receipt,
@@ -22,6 +24,7 @@ from robots.wire.messages import (
     StatusQuery,
     StatusReport,
     Telemetry,
+    UnknownBody,
     UpkeepReport,
     WorldChange,
     WorldEdition,
@@ -52,8 +55,10 @@ from robots.wire.script import (
     ScriptState,
     SymbolicFact,
 )
+from robots.wire.unknown_kinds import UnknownKinds
 
 __all__ = [
+    "KINDS",
     "MAX_FACTSHEET_BYTES",
     "MAX_IMAGE_BYTES",
     "OWN",
@@ -73,6 +78,7 @@ __all__ = [
     "FailureCategory",
     "ImageResult",
     "Message",
+    "NotUnderstood",
     "PacketReport",
     "PacketResult",
     "PacketState",
@@ -99,6 +105,8 @@ __all__ = [
     "TracedStretch",
     "TracedTick",
     "TuningReport",
+    "UnknownBody",
+    "UnknownKinds",
     "UpkeepReport",
     "WorldChange",
     "WorldEdition",

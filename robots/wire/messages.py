@@ -1,15 +1,16 @@
 """Messages between agent models and robots, with FIPA performatives.
 
 A sender keeps every message but telemetry until a reply names it: a robot answers a request with agree or refuse, the
-service answers a report with a receipt (`confirm`). Both ends ignore known ids and repeat their answer.
+service answers a report with a receipt (`confirm`). Both ends ignore known ids and repeat their answer. A message of a
+kind that the receiver does not know is answered with not-understood.
 """
 
 import json
 import uuid
 from enum import StrEnum
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, TraceReport, TuningReport
 from robots.wire.results import PacketResult
@@ -31,6 +32,7 @@ class Performative(StrEnum):
     QUERY = "query"
     CANCEL = "cancel"
     CONFIRM = "confirm"
+    NOT_UNDERSTOOD = "not-understood"
 
 
 class ControlVerb(StrEnum):
@@ -280,7 +282,17 @@ class WorldEdition(Wire):
     reason: str = ""
 
 
-Body = Annotated[
+class NotUnderstood(Wire):
+    """To the sender of the message named by `in_reply_to`: its kind is not known here (not-understood).
+
+    Such a message is answered once, and this answer never. The sender forgets its message, which is not acted on.
+    """
+
+    kind: Literal["not_understood"] = "not_understood"
+    reason: str
+
+
+KnownBody = Annotated[
     ScriptRequest
     | Control
     | Clearance
@@ -303,9 +315,30 @@ Body = Annotated[
     | Receipt
     | WorldChange
     | WorldEdition
+    | NotUnderstood
     | Telemetry,
     Field(discriminator="kind"),
 ]
+"""The bodies that this version knows, each with a kind of its own."""
+KINDS = frozenset(
+    get_args(body.model_fields["kind"].annotation)[0] for body in get_args(get_args(KnownBody)[0])
+)
+
+
+class UnknownBody(Wire):
+    """A body of a kind that this version does not know, with all its fields."""
+
+    kind: str = Field(min_length=1, max_length=64)
+
+    @field_validator("kind")
+    @classmethod
+    def _is_unknown(cls, kind: str) -> str:
+        if kind in KINDS:
+            raise ValueError(f"{kind} is a known kind")
+        return kind
+
+
+Body = Annotated[KnownBody | UnknownBody, Field(union_mode="left_to_right")]
 
 
 def new_message_id() -> str:

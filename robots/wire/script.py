@@ -5,14 +5,28 @@ repertoire turns it into the triplet [sensor pre-conditions, behaviour patterns,
 """
 
 from enum import StrEnum
+from math import isfinite
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import AfterValidator, ConfigDict, Field
 
 from robots.data import Checked
 
 
+def _finite(value: Any) -> Any:
+    """The value of an unknown field, as JSON can hold it."""
+    if isinstance(value, float) and not isfinite(value):
+        raise ValueError("numbers are finite")
+    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        _finite(part)
+    return value
+
+
 class Wire(Checked):
-    """Base of everything on the wire."""
+    """Base of everything on the wire. Unknown fields are kept and passed on: the other end may be newer."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Annotated[Any, AfterValidator(_finite)]] = Field(init=False)
 
 
 class SymbolicFact(Wire):

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.following_clock import FollowingClock
-from robots.link.mqtt.inbox import Inbox
+from robots.link.mqtt.inbox import Inbox, Rejected
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
@@ -127,6 +127,11 @@ class ServiceLink:
         return self._inbox.malformed
 
     @property
+    def rejected(self) -> Rejected | None:
+        """The invalid messages that were dropped; None: none so far."""
+        return self._inbox.rejected
+
+    @property
     def dropped(self) -> int:
         """Messages lost: the broker was unreachable, or a queue full."""
         return self._session.dropped + self._inbox.dropped
@@ -183,6 +188,8 @@ class ServiceLink:
                 self._early[robot] = publication.run, message
             if publication.run == self._taken_up:
                 self._inbox.put(message)
+            elif not publication.run:
+                self._inbox.reject(publication.topic, "it has no user property `run`")
 
     def _may_be_read(self, robot: str, publication: Publication) -> bool:
         """Whether a factsheet is of a size and sender that one may have; an empty one was taken back."""

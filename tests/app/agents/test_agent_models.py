@@ -1,12 +1,13 @@
-"""How agent models record the messages that arrive together."""
+"""How agent models record the messages that arrive together, and answer those that they do not understand."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from app.agents.agent_models import AgentModels, Reception
 from app.composition import Service
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
-from robots.wire import Message, Performative, StatusReport
+from robots.wire import Message, NotUnderstood, Performative, Receipt, Refusal, StatusReport, UnknownBody
 from robots.world import LinkSpec
 from tests.waiting import until
 
@@ -18,11 +19,13 @@ class Reports:
 
     def __init__(self) -> None:
         self.recorded: list[str] = []
+        self.messages: list[Message] = []
 
     def record_all(self, messages: Sequence[Message], world: str) -> Sequence[Reception]:
         if any(message.id == BAD for message in messages):
             raise ValueError(BAD)
         self.recorded += [message.id for message in messages]
+        self.messages += messages
         return [Reception.RECORDED] * len(messages)
 
 
@@ -37,16 +40,12 @@ def report(message_id: str) -> Message:
     )
 
 
-def test_a_report_that_cannot_be_recorded_keeps_none_that_arrive_with_it_from_being_recorded(
-    service: Service,
-) -> None:
-    near, far = InMemoryLink.pair()
-    for message_id in ("first", "second", BAD, "third", "fourth"):
-        far.send(report(message_id))
-    reports = Reports()
+@contextmanager
+def agent_models(service: Service, link: InMemoryLink, reports: Reports) -> Iterator[None]:
+    """Of one robot, as long as the block."""
     agents = AgentModels(
         robots=lambda: {"yard_1": LinkSpec()},
-        link=near,
+        link=link,
         clock=ManualClock(),
         database=service.database,
         reports=reports,
@@ -58,7 +57,51 @@ def test_a_report_that_cannot_be_recorded_keeps_none_that_arrive_with_it_from_be
         world="sample_store",
     )
     agents.start()
-    until(lambda: len(reports.recorded) == 4)
+    yield
     agents.close()
+
+
+def test_a_report_that_cannot_be_recorded_keeps_none_that_arrive_with_it_from_being_recorded(
+    service: Service,
+) -> None:
+    near, far = InMemoryLink.pair()
+    for message_id in ("first", "second", BAD, "third", "fourth"):
+        far.send(report(message_id))
+    reports = Reports()
+    with agent_models(service, near, reports):
+        until(lambda: len(reports.recorded) == 4)
     assert reports.recorded == ["first", "second", "third", "fourth"]
     assert {message.in_reply_to for message in far.receive()} == set(reports.recorded)
+
+
+def test_a_message_of_an_unknown_kind_is_answered_with_not_understood_and_not_recorded(
+    service: Service,
+) -> None:
+    near, far = InMemoryLink.pair()
+    dance = report("a dance").model_copy(update={"body": UnknownBody(kind="dance")})
+    answer = report("an answer").model_copy(update={"body": NotUnderstood(reason="unknown kind receipt")})
+    for message in (dance, answer, dance, report("a report")):
+        far.send(message)
+    reports = Reports()
+    with agent_models(service, near, reports):
+        until(lambda: reports.recorded == ["a report"])
+    replies = [(one.in_reply_to, one.performative, one.body) for one in far.receive()]
+    assert replies == [
+        ("a dance", Performative.NOT_UNDERSTOOD, NotUnderstood(reason="unknown kind dance")),
+        ("a report", Performative.CONFIRM, Receipt()),
+    ]
+
+
+def test_a_robot_that_does_not_understand_a_request_on_a_script_refuses_it(service: Service) -> None:
+    near, far = InMemoryLink.pair()
+    not_understood = report("m1").model_copy(
+        update={"body": NotUnderstood(reason="unknown kind clearance"), "in_reply_to": "script-1:cleared:1"}
+    )
+    far.send(not_understood)
+    reports = Reports()
+    with agent_models(service, near, reports):
+        until(lambda: bool(reports.messages))
+    assert reports.messages[0].performative is Performative.REFUSE
+    assert reports.messages[0].body == Refusal(
+        script_id="script-1", reason="not understood: unknown kind clearance"
+    )

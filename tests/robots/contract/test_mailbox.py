@@ -14,6 +14,7 @@ from robots.wire import (
     ControlVerb,
     FailureCategory,
     Message,
+    NotUnderstood,
     PacketReport,
     PacketState,
     Performative,
@@ -23,6 +24,7 @@ from robots.wire import (
     ScriptState,
     StatusQuery,
     StatusReport,
+    UnknownBody,
 )
 from tests.robots.fake_world import FakeWorld
 from tests.robots.stories import EAST, SOUTH, Service, carry, packet, room, run, run_for, script
@@ -158,7 +160,7 @@ def test_once_the_service_is_heard_all_that_is_overdue_is_sent_again_a_few_a_tic
             body=StatusQuery(script_id="s"),
         )
     )
-    box.collect()
+    box.collect(60.0)
     box.resend(60.0)
     assert _said(ours) == list(range(RESENT_A_TICK))
     box.resend(60.05)
@@ -374,3 +376,43 @@ def test_telemetry_comes_ten_times_a_second_and_tells_what_the_robot_believes() 
     assert abs(complex(*last.tags["sample"]) - (1 + 0.4j)) < 0.2
     assert last.packet_tag == "NAVIGATE"
     assert {"translate/advance", "rotate/steer"} <= set(last.patterns)
+
+
+def test_a_message_of_an_unknown_kind_is_answered_with_not_understood_once() -> None:
+    world = room()
+    service = fred(world)
+    dance = Message(
+        performative=Performative.REQUEST,
+        sender="service",
+        receiver="fred",
+        sent_at_s=0.0,
+        body=UnknownBody(kind="dance"),
+    )
+    for _ in range(2):
+        service.link.send(dance)
+        run_for(world, [service], 1)
+    (answer,) = answers(service, dance)
+    assert (answer.performative, answer.body) == (
+        Performative.NOT_UNDERSTOOD,
+        NotUnderstood(reason="unknown kind dance"),
+    )
+
+
+def test_a_report_that_the_service_does_not_understand_is_forgotten() -> None:
+    ours, theirs = InMemoryLink.pair()
+    box = Mailbox("fred", theirs)
+    step = PacketReport(script_id="s", packet_id="p", state=PacketState.RUNNING, at_s=0)
+    box.report(Performative.INFORM, step, 0.0)
+    (report,) = ours.receive()
+    ours.send(
+        Message(
+            performative=Performative.NOT_UNDERSTOOD,
+            sender="service",
+            receiver="fred",
+            sent_at_s=0.0,
+            in_reply_to=report.id,
+            body=NotUnderstood(reason="unknown kind packet_report"),
+        )
+    )
+    assert box.collect(1.0) == []
+    assert box.kept == 0
