@@ -23,6 +23,7 @@ from app.api.app import Services, build_api
 from app.api.recordings import recorded_bodies
 from app.core import Core
 from app.domain.mission_organiser import Margin
+from app.domain.world_model.senses import restricted_senses
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.factsheets import Factsheets
 from app.missions.fleet_run import DeclaresPacks, FleetRun
@@ -183,6 +184,7 @@ class Service:
         """Worlds that are added and removed while the service runs."""
         repertoire = self.packs.repertoire()
         self._file_checks = FileChecks(tags=repertoire.tags, tuning=repertoire.tuned)
+        self._perceives = repertoire.senses
         self.world_set = WorldSet(
             self.core,
             files=self._files,
@@ -211,7 +213,11 @@ class Service:
             find=self.world_set.find,
         )
         self.robots = RobotDirectory(
-            self.database, worlds=self._files, board=self.board, contact=self.contact
+            self.database,
+            worlds=self._files,
+            board=self.board,
+            contact=self.contact,
+            perceives=self._perceives,
         )
         self._paces = self._running.each(lambda world: world.pace)
         self.teleoperation = Teleoperation(self.robots, self._paces)
@@ -228,7 +234,9 @@ class Service:
             absolute_s=settings.margin_s,
             answers_s=self._files.each(lambda file: file.answer_s),
         )
-        self.plans = PlanApproval(core, margin=margin, requests=self._requests, worlds=self._files)
+        self.plans = PlanApproval(
+            core, margin=margin, requests=self._requests, worlds=self._files, perceives=self._perceives
+        )
         problems = ProblemBuilder(
             core,
             worlds=self._files,
@@ -237,6 +245,7 @@ class Service:
             unavailable=self.board.unavailable,
             low_battery=settings.low_battery,
             find=self.world_set.find,
+            perceives=self._perceives,
         )
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core)
@@ -294,6 +303,7 @@ class Service:
             clocks=self.clocks,
             waiting=self._waiting_goals,
             checks=self._file_checks,
+            perceives=self._perceives,
         )
         self.factsheets = Factsheets(
             core,
@@ -317,7 +327,10 @@ class Service:
             factsheets=self.factsheets,
         )
         repertoires = self._files.each(lambda file: {one.name: one.repertoire for one in file.robots})
-        dispatcher = ScriptDispatcher(core, library=self.packs.library(), repertoires=repertoires)
+        senses = self._files.each(lambda file: restricted_senses(file, core.knowledge_base, self._perceives))
+        dispatcher = ScriptDispatcher(
+            core, library=self.packs.library(), repertoires=repertoires, senses=senses
+        )
         self._mission_life = MissionLife(
             core,
             dispatcher=dispatcher,

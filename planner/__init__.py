@@ -30,6 +30,7 @@ from planner.plan_nets.plan_net import (
     OrderingReason,
     PlanNet,
     PlanNetAction,
+    Senses,
 )
 from planner.plan_nets.synchronisation import awaits_of, keep_in_step
 from planner.plan_nets.validation import faults_of
@@ -76,6 +77,7 @@ __all__ = [
     "PlanningStatus",
     "Progress",
     "QuantitySpec",
+    "Senses",
     "awaits_of",
     "faults_of",
     "keep_in_step",

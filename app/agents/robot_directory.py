@@ -14,6 +14,7 @@ from app.domain.contact import Connection
 from app.domain.errors import NotFound, UnknownWorld
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
+from app.domain.world_model.senses import Perceives, senses_of
 from app.store import Database, LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
 from app.store.records import lost_robots, robots_out_of_service
 from robots.world import WorldFile
@@ -27,6 +28,7 @@ class RobotReport:
 
     :param silent: True if nothing was received from it for longer than the gaps of its radio.
     :param next_contact_s: world seconds until contact is expected.
+    :param senses: the predicates whose facts it senses.
     :param mission_id: the mission that it is reserved for.
     :param lost: set if it was declared lost.
     :param out_of_service: set if it was taken out of service.
@@ -38,6 +40,7 @@ class RobotReport:
     silent: bool
     next_contact_s: float
     repertoire: Sequence[str]
+    senses: Sequence[str]
     reach: Sequence[str]
     mission_id: str | None
     lost: LostRobotRow | None
@@ -54,13 +57,16 @@ class RobotDirectory:
         worlds: Mapping[str, WorldFile],
         board: RobotBoard,
         contact: ContactMonitor,
+        perceives: Perceives,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
+        """:param perceives: what robots sense by their sensors that do not say what they sense."""
         self._database = database
         self._worlds = worlds
         self._board = board
         self._contact = contact
         self._wall = wall
+        self._perceives = perceives
 
     def robots(self, world: str | None = None) -> list[RobotReport]:
         """The robots of a world, or of all worlds, in alphabetical order.
@@ -120,6 +126,7 @@ class RobotDirectory:
             silent=self._contact.silent_in_s(view.name) == 0,
             next_contact_s=round(self._contact.next_contact_s(view.name), 3),
             repertoire=spec.repertoire,
+            senses=sorted(senses_of(spec, self._perceives)),
             reach=world.reached_by[view.name],
             mission_id=mission_id,
             lost=lost,

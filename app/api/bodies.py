@@ -386,6 +386,10 @@ class RobotBody(BaseModel):
 class RobotDetailBody(RobotBody):
     """A robot with what it has told of itself."""
 
+    senses: list[str] = Field(
+        description="the predicates whose facts it senses of others' work, as it says or as its sensors perceive; what "
+        "it does not sense it is told by clearance"
+    )
     factsheet: FactsheetBody | None = Field(description="null if it has told nothing")
 
 

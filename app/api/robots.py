@@ -88,10 +88,11 @@ def robots_router(
 
     @router.get("/robots/{name}")
     def get_robot(name: Id) -> RobotDetailBody:
-        body = _robot(robots.robot(name))
+        report = robots.robot(name)
+        body = _robot(report)
         row = factsheets.of_robot(body.world, name)
         sheet = None if row is None else FactsheetBody.model_validate(row)
-        return RobotDetailBody(**dict(body), factsheet=sheet)
+        return RobotDetailBody(**dict(body), senses=list(report.senses), factsheet=sheet)
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
     def declare_lost(name: Id, body: Decision | None = None) -> RobotBody:

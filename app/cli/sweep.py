@@ -18,6 +18,7 @@ from app.cli.start_progress import StartProgress
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
+from app.domain.world_model.senses import Perceives
 from app.packs.pack_set import Packs
 from app.planning.pool.work import PLANNER
 from app.trials.offline_mission import NoMission, goal_problem, plan_mission
@@ -26,6 +27,7 @@ from app.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSu
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, merge_knowledge_bases
 from planner.engines.registry import portfolio
 from robots.compilation import compile_once
+from robots.repertoire import read_repertoire
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from sim.process.first_calls import SIMULATION
@@ -71,7 +73,9 @@ def row_of(request: SweepRequest, seed: int) -> SeedResult:
         wanted = _wanted(request, seed, base)
         goal = _words(wanted.goals)
         facts = initial_facts(request.world, base)
-        problem = goal_problem(request.world, facts, wanted.goals, base, wanted.constraints)
+        problem = goal_problem(
+            request.world, facts, wanted.goals, base, wanted.constraints, _perceives(request.packs.packets)
+        )
         mission = plan_mission(
             request.world,
             problem,
@@ -92,6 +96,11 @@ def row_of(request: SweepRequest, seed: int) -> SeedResult:
         packet=ended.packet,
         reason=ended.reason,
     )
+
+
+@cache
+def _perceives(packet_files: tuple[Path, ...]) -> Perceives:
+    return read_repertoire(packet_files).senses
 
 
 @cache

@@ -126,6 +126,10 @@ class PlanBody(PlanPart):
     )
     late: tuple[LateGoalBody, ...] = ()
     clearances: int = Field(default=0, description="orderings for which a robot waits for clearance")
+    senses: dict[str, tuple[str, ...]] = Field(
+        default={},
+        description="by robot, the predicates whose facts it senses; who is left out senses all that are sensed",
+    )
     label: str = Field(default="", description="what it is best at among the goal's alternatives")
     comparison: str = Field(default="", description="what it costs and saves against the shortest of them")
     repairs: RepairsBody | None = Field(default=None, description="set if it replaces a stale plan")
@@ -169,6 +173,7 @@ class PlanBody(PlanPart):
                 "energy_j": net.energy_j,
                 "critical_path": net.critical_path,
                 "clearances": net.clearances,
+                "senses": {robot: sorted(words) for robot, words in net.senses.items()},
                 "late": [LateGoalBody(goal=convert.one(goal), late_s=s) for goal, s in net.late.items()],
                 **particulars,
             }
@@ -210,6 +215,7 @@ class PlanBody(PlanPart):
             ),
             recruitment=dict(self.recruitment),
             late={convert.one(late.goal): late.late_s for late in self.late},
+            senses={robot: frozenset(words) for robot, words in self.senses.items()},
         )
 
 

@@ -12,6 +12,7 @@ from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.script import Delivery
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
 from app.store import MissionRow, ScriptRow
+from planner import Senses
 from robots.wire import BehaviourScript
 
 
@@ -19,12 +20,20 @@ class ScriptDispatcher:
     """Turns the plan that a mission is to carry out now into scripts."""
 
     def __init__(
-        self, core: Core, *, library: Library, repertoires: Mapping[str, Mapping[str, Sequence[str]]]
+        self,
+        core: Core,
+        *,
+        library: Library,
+        repertoires: Mapping[str, Mapping[str, Sequence[str]]],
+        senses: Mapping[str, Senses] | None = None,
     ) -> None:
-        """:param repertoires: by world and robot, the packet tags the robot can carry out."""
+        """:param repertoires: by world and robot, the packet tags the robot can carry out.
+        :param senses: by world, what robots sense, of those that do not sense all; None: all do.
+        """
         self._core = core
         self._library = library
         self._repertoires = repertoires
+        self._senses = senses
 
     def is_dispatched(self, session: Session, mission: MissionRow) -> bool:
         """True if the scripts of the mission's plan are recorded."""
@@ -49,6 +58,7 @@ class ScriptDispatcher:
             facts=self._core.facts.facts(session, mission.world),
             answer_s=answer_s,
             script_ids=lambda robot: script_id(mission, robot),
+            senses=None if self._senses is None else self._senses[mission.world],
         )
         if isinstance(organised, OrganiserFailure):
             return organised.reason

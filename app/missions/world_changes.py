@@ -27,6 +27,7 @@ from app.domain.world_model.edits import (
     apply_edits,
 )
 from app.domain.world_model.layout import layout_of
+from app.domain.world_model.senses import Perceives, restricted_senses, unsensed
 from app.domain.world_model.zones import restricted_places, zones_against
 from app.missions.world_set import FileChecks
 from app.planning.waiting_goals import WaitingGoals
@@ -81,8 +82,14 @@ class WorldChanges:
         clocks: Mapping[str, Clock],
         waiting: WaitingGoals,
         checks: FileChecks,
+        perceives: Perceives | None = None,
     ) -> None:
-        """:param clocks: the worlds' clocks by the world's name. :param checks: of robots that are added or changed."""
+        """
+        :param clocks: the worlds' clocks by the world's name.
+        :param checks: of robots that are added or changed.
+        :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
+        """
+        self._perceives = perceives
         self._checks = checks
         self._core = core
         self._worlds = worlds
@@ -351,6 +358,7 @@ class WorldChanges:
         world = edited.world
         query = select(PlanRow).where(PlanRow.world == world.name, PlanRow.state == PlanState.PROPOSED)
         base = self._core.knowledge_base
+        senses = restricted_senses(world, base, self._perceives)
         nets = {
             plan.id: PlanBody.model_validate(plan.body).to_plan_net(base)
             for plan in session.scalars(query.order_by(PlanRow.created_at, PlanRow.id))
@@ -358,7 +366,9 @@ class WorldChanges:
         return [
             plan
             for plan, net in nets.items()
-            if broken_support(net, edited.facts | compared) or any(zones_against(net, world))
+            if broken_support(net, edited.facts | compared)
+            or any(zones_against(net, world))
+            or any(unsensed(net, senses, base))
         ]
 
 

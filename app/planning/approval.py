@@ -27,6 +27,7 @@ from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
 from app.domain.world_model import broken_support, filled_by, taken_by
 from app.domain.world_model.numbers import Term
+from app.domain.world_model.senses import Perceives, restricted_senses, unsensed
 from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
 from app.domain.world_model.zones import zones_against
@@ -57,14 +58,18 @@ class PlanApproval:
         margin: Margin,
         requests: PlanningRequests,
         worlds: Mapping[str, WorldFile],
+        perceives: Perceives | None = None,
     ) -> None:
-        """:param worlds: their newest editions by name."""
+        """
+        :param worlds: their newest editions by name.
+        :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
+        """
         self._database = core.database
         self._events = core.events
         self._workflows = core.workflows
         self._facts = core.facts
         self._plan_nets = core.plan_nets
-        self._staleness = Staleness(core, worlds)
+        self._staleness = Staleness(core, worlds, perceives)
         self._margin = margin
         self._requests = requests
 
@@ -282,8 +287,11 @@ def _refuse_decided(plan: PlanRow) -> None:
 class Staleness:
     """Compares plans that wait for a decision with the present world."""
 
-    def __init__(self, core: Core, worlds: Mapping[str, WorldFile]) -> None:
+    def __init__(
+        self, core: Core, worlds: Mapping[str, WorldFile], perceives: Perceives | None = None
+    ) -> None:
         self._worlds = worlds
+        self._perceives = perceives
         self._facts = core.facts
         self._reservations = core.reservations
         self._plan_nets = core.plan_nets
@@ -301,6 +309,7 @@ class Staleness:
         return [
             *(self._change(fact, believed, numbers) for fact in false),
             *self._against_zones(net, plan.world),
+            *self._unsensed(net, plan.world),
             *self._withdrawn(session, net, plan.world),
             *self._taken(session, net, goal),
             *self._held(session, net, plan.world),
@@ -324,6 +333,12 @@ class Staleness:
         """Where the plan does not keep to a zone that was made since."""
         if world in self._worlds:
             yield from zones_against(net, self._worlds[world])
+
+    def _unsensed(self, net: PlanNet, world: str) -> Iterator[str]:
+        """What the plan relies on robots to sense that they do not sense any longer."""
+        if world in self._worlds:
+            senses = restricted_senses(self._worlds[world], self._knowledge_base, self._perceives)
+            yield from unsensed(net, senses, self._knowledge_base)
 
     def _withdrawn(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
         for lost in lost_robots(session, world):

@@ -28,6 +28,7 @@ from app.domain.world_model import (
     union_of,
 )
 from app.domain.world_model.numbers import BATTERY
+from app.domain.world_model.senses import Perceives
 from app.domain.world_model.vocabulary import planner_fact
 from app.planning.pool.withheld import Withheld, is_ability
 from app.store import GoalRow, MissionRow, PlanRow, WorldRow
@@ -99,10 +100,12 @@ class ProblemBuilder:
         unavailable: UnavailableRobots,
         low_battery: float = 0.0,
         find: Callable[[str], None] = lambda world: None,
+        perceives: Perceives | None = None,
     ) -> None:
         """
         :param clocks: the worlds' clocks by the world's name.
         :param low_battery: a robot whose battery is known to hold less, 0 to 1, is not recruited.
+        :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
         :param find: looks again for a world of that name, which another process may just have added.
         """
         self._find = find
@@ -115,6 +118,7 @@ class ProblemBuilder:
         self._points = points
         self._unavailable = unavailable
         self._low_battery = low_battery
+        self._perceives = perceives
 
     def build(self, session: Session, goal: GoalRow) -> GoalProblem:
         """The goal's current problem; its plan may use what the goal's own mission has reserved.
@@ -161,7 +165,13 @@ class ProblemBuilder:
         permitted = within.applied_to(facts)
         able = frozenset(fact for fact in permitted if not is_ability(fact, of=unavailable))
         problem = planning_problem(
-            world, able, goals, spots=spots, reserved=reserved, knowledge_base=self._knowledge_base
+            world,
+            able,
+            goals,
+            spots=spots,
+            reserved=reserved,
+            knowledge_base=self._knowledge_base,
+            perceives=self._perceives,
         )
         problem = replace(problem, stages=stages, numbers=numbers)
         issues = blocking(check_request(stated, constraints, world, facts, self._knowledge_base))

@@ -7,6 +7,7 @@ from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.mission_organiser import Library, Organised, load_library, organise
 from app.domain.world_model import Facts, initial_facts, initial_spots, objects_of, planning_problem
 from app.domain.world_model.numbers import Things, initial_numbers
+from app.domain.world_model.senses import Perceives
 from app.domain.world_model.vocabulary import planner_fact, symbolic_all
 from planner import KnowledgeBase, PlanNet, PlanningEngine, PlanningProblem, PlanningRequest
 from robots.wire import BehaviourScript, SymbolicFact
@@ -33,15 +34,24 @@ def goal_problem(
     goals: Sequence[SymbolicFact],
     knowledge_base: KnowledgeBase,
     constraints: Constraints = UNCONSTRAINED,
+    perceives: Perceives | None = None,
 ) -> PlanningProblem:
-    """The planning problem of the goals; each names one place, not a location with several berths."""
+    """The planning problem of the goals; each names one place, not a location with several berths.
+
+    :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
+    """
     objects = objects_of(world)
     wanted = tuple(planner_fact(goal, knowledge_base, objects) for goal in goals)
     numbers = Things.of(world).for_planner(initial_numbers(world, knowledge_base))
     known = (facts - knowledge_base.achieved_each_time(wanted)) | knowledge_base.compared(numbers)
     permitted = constraints.in_world(world, numbers).applied_to(known)
     problem = planning_problem(
-        world, permitted, wanted, spots=initial_spots(world), knowledge_base=knowledge_base
+        world,
+        permitted,
+        wanted,
+        spots=initial_spots(world),
+        knowledge_base=knowledge_base,
+        perceives=perceives,
     )
     return replace(problem, stages=constraints.stages_of(wanted), numbers=numbers)
 

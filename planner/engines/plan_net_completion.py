@@ -33,7 +33,7 @@ def complete_plan_net(
         return idle[0]
     if faults := faults_of(plan_net, problem.facts, knowledge_base):
         raise InvalidPlan("; ".join(faults))
-    return keep_in_step(plan_net, problem.facts, problem.objects, knowledge_base)
+    return keep_in_step(plan_net, problem.facts, problem.objects, knowledge_base, problem.senses)
 
 
 def confirm(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:

@@ -21,6 +21,7 @@ class Reasons:
         """:param names: how actions are called, by id."""
         self._actions = {action.id: action for action in plan_net.actions}
         self._names = names
+        self._senses = plan_net.senses
         self._base = knowledge_base
         self._given: dict[tuple[str, str], list[Fact]] = defaultdict(list)
         self._promised: dict[str, set[Fact]] = defaultdict(set)
@@ -36,7 +37,23 @@ class Reasons:
             OrderingReason.RESOURCE: self._resource,
             OrderingReason.STAGE: self._stage,
         }[ordering.reason](ordering)
-        return words + (KEPT.get(ordering.kept_by, "") if ordering.kept_by else "")
+        return words + self._kept(ordering)
+
+    def _kept(self, ordering: Ordering) -> str:
+        if ordering.kept_by is Keeping.CLEARANCE and (blind := self._without_senses(ordering)):
+            verb = "does" if len(blind) == 1 else "do"
+            return f"; {enumeration(blind)} {verb} not sense that, and the robot waits until it is cleared"
+        return KEPT.get(ordering.kept_by, "") if ordering.kept_by else ""
+
+    def _without_senses(self, ordering: Ordering) -> list[str]:
+        """The robots that do not sense what others sense in their place."""
+        given = self._given[ordering.before, ordering.after]
+        words = {self._base.to_relation(fact)[0] for fact in given} & self._base.sensed_words
+        return sorted(
+            robot
+            for robot in self._actions[ordering.after].agents
+            if robot in self._senses and words - self._senses[robot]
+        )
 
     def _causal(self, ordering: Ordering) -> str:
         facts = [phrase(self._base, fact) for fact in self._given[ordering.before, ordering.after]]

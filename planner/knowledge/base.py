@@ -1,7 +1,7 @@
 """The knowledge base: plan-net actions and their vocabulary, as data (MACTA §4, fig. 4; §5, table 3)."""
 
 import pickle
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Mapping
 from functools import cached_property, lru_cache
 
 from planner.errors import KnowledgeBaseError
@@ -97,9 +97,21 @@ class KnowledgeBase:
         """The types of what carries actions out."""
         return frozenset(op.parameters[agent] for op in self.operators for agent in op.agents)
 
-    def is_sensed(self, fact: Fact, objects: Mapping[str, str]) -> bool:
-        """True if a robot can perceive this fact by itself."""
+    @cached_property
+    def sensed_words(self) -> frozenset[str]:
+        """The predicates, in rel/ref form, of which some fact can be perceived."""
+        sensed = {name: spec for name, spec in self.predicates.items() if spec.sensed}
+        relations = self.file.constants(RELATION) if any(one.relational for one in sensed.values()) else ()
+        return frozenset({name for name, one in sensed.items() if not one.relational}.union(relations))
+
+    def is_sensed(self, fact: Fact, objects: Mapping[str, str], words: Container[str] | None = None) -> bool:
+        """True if a robot can perceive this fact by itself.
+
+        :param words: the predicates, in rel/ref form, that the robot perceives; None: all that are sensed at all.
+        """
         predicate = self.predicates[fact.predicate]
+        if words is not None and self.to_relation(fact)[0] not in words:
+            return False
         bound = dict(zip(predicate.arguments, fact.args, strict=True))
         return predicate.sensed and (
             not predicate.sensed_when

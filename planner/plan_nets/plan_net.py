@@ -21,6 +21,10 @@ ROUNDING_S = 0.01
 """Times are rounded: what differs by less is the same."""
 
 
+Senses = Mapping[str, frozenset[str]]
+"""By robot, the predicates in rel/ref form that it perceives; one that is left out perceives all that are sensed."""
+
+
 class Keeping(StrEnum):
     """What keeps an ordering while robots carry the plan out alone."""
 
@@ -85,7 +89,7 @@ class PlanNet:
     """A whole plan.
 
     `recruitment` says for each robot used why it was chosen; `late` by how many seconds goals miss their
-    deadlines, if any do.
+    deadlines, if any do; `senses` what robots perceive, of those that do not perceive all that is sensed.
     """
 
     goals: tuple[Fact, ...]
@@ -94,6 +98,7 @@ class PlanNet:
     orderings: tuple[Ordering, ...]
     recruitment: Mapping[str, str]
     late: Mapping[Fact, float] = field(default_factory=dict)
+    senses: Senses = field(default_factory=dict)
 
     @property
     def makespan_s(self) -> float:

@@ -18,6 +18,8 @@ least fixpoint, and every execution obeys it, by induction on the steps. Once ev
 in E, every execution is a linearisation of the plan-net: being threat-free it is safe, and being acyclic it
 never comes to a standstill, for whatever a robot awaits comes to hold and lasts.
 
+A robot senses only what its `senses` name. For one that senses nothing every ordering on another is a clearance.
+
 Robots that act together start their parts each by itself: an action deletes when its first robot starts and
 has its effects when its last one ends. Hence E is kept between parts.
 """
@@ -37,6 +39,7 @@ from planner.plan_nets.plan_net import (
     OrderingReason,
     PlanNet,
     PlanNetAction,
+    Senses,
 )
 from planner.plan_nets.validation import linearisation
 
@@ -47,7 +50,10 @@ Part = tuple[str, str]
 def awaits_of(
     plan_net: PlanNet, objects: Mapping[str, str], knowledge_base: KnowledgeBase
 ) -> dict[Part, tuple[Fact, ...]]:
-    """The facts each robot is to sense before it starts: those it can, of what others bring about for it."""
+    """The facts each robot is to sense before it starts: those it can, of what others bring about for it.
+
+    What a robot can sense is what the plan-net's `senses` say, so this is what its orderings rely on.
+    """
     return {
         part: tuple(dict.fromkeys(fact for fact, _ in found))
         for part, found in _sensed_links(plan_net, objects, knowledge_base).items()
@@ -55,14 +61,21 @@ def awaits_of(
 
 
 def keep_in_step(
-    plan_net: PlanNet, facts: frozenset[Fact], objects: Mapping[str, str], knowledge_base: KnowledgeBase
+    plan_net: PlanNet,
+    facts: frozenset[Fact],
+    objects: Mapping[str, str],
+    knowledge_base: KnowledgeBase,
+    senses: Senses | None = None,
 ) -> PlanNet:
     """The plan-net with what keeps each ordering: sensing wherever that suffices, clearance for the rest.
 
-    Causal links that no ordering implies become orderings.
+    Causal links that no ordering implies become orderings. Clearance keeps any ordering, so there is always a way.
 
     :param plan_net: one without faults; `facts` are those it starts from, `objects` their objects' types.
+    :param senses: what robots perceive; None: as the plan-net says.
     """
+    told = plan_net.senses if senses is None else senses
+    plan_net = replace(plan_net, senses={name: told[name] for name in plan_net.robots if name in told})
     links = _sensed_links(plan_net, objects, knowledge_base)
     ideal, enforced = (_Enforced(plan_net, facts, links) for _ in range(2))
     ideal.clear(*plan_net.orderings)
@@ -114,10 +127,12 @@ def _sensed_links(plan_net: PlanNet, objects: Mapping[str, str], knowledge_base:
         consumer = actions[link.consumer]
         # A fact that the first robot to start deletes would keep its partners waiting for ever.
         gone = len(consumer.agents) > 1 and link.fact in consumer.deletes
-        if not gone and knowledge_base.is_sensed(link.fact, objects):
-            for robot in consumer.agents:
-                if actions[link.producer].agents != (robot,):
-                    found[link.consumer, robot].append((link.fact, link.producer))
+        for robot in consumer.agents if not gone else ():
+            words = plan_net.senses.get(robot)
+            if actions[link.producer].agents != (robot,) and knowledge_base.is_sensed(
+                link.fact, objects, words
+            ):
+                found[link.consumer, robot].append((link.fact, link.producer))
     return found
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from planner.fact import Fact
 from planner.knowledge import Numbers
-from planner.plan_nets.plan_net import PlanNet
+from planner.plan_nets.plan_net import PlanNet, Senses
 from planner.problem.timer import Clock, Timer
 
 
@@ -32,6 +32,7 @@ class PlanningProblem:
     those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told. `numbers` are the
     numeric facts that the facts of compared quantities follow from; they explain why a goal has no plan. `crossings`:
     the zones for one agent at a time that the way from one place to another enters or leaves (`planner.problem.zones`).
+    `senses`: what robots perceive, of those that do not perceive all that is sensed; it decides what keeps orderings.
     """
 
     objects: Mapping[str, str]
@@ -43,6 +44,7 @@ class PlanningProblem:
     stages: Mapping[Fact, int] = field(default_factory=dict)
     numbers: Numbers = field(default_factory=dict)
     crossings: Mapping[tuple[str, str], tuple[Crossing, ...]] = field(default_factory=dict)
+    senses: Senses = field(default_factory=dict)
 
     @property
     def zones(self) -> frozenset[str]:

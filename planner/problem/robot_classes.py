@@ -1,4 +1,4 @@
-"""Classes of interchangeable robots: same abilities, reach and speed.
+"""Classes of interchangeable robots: same abilities, senses, reach and speed.
 
 Objects of one agent alone do not distinguish it: an agent's *own* objects are those that static facts name with no
 other agent, that no goal names, and that no present fact names except for where agents are and whether the way is clear
@@ -82,6 +82,9 @@ def _said_of(
         if fact.predicate not in fluents and own.isdisjoint(fact.args):
             for agent in known.intersection(fact.args):
                 said[agent].add(fact.renamed({agent: ANYONE}))
+    for agent, words in problem.senses.items():
+        if agent in known:
+            said[agent].add(words)
     for (name, args), value in problem.functions.items():
         for agent in known.intersection(args):
             said[agent].add((Fact(name, args).renamed({agent: ANYONE}), value))

@@ -21,6 +21,10 @@ class Not(Condition):
     def needs(self) -> Needs:
         return self.of.needs
 
+    @property
+    def quantities(self) -> frozenset[str]:
+        return self.of.quantities
+
     def check(self, percepts: Percepts) -> Verdict:
         verdict = self.of.check(percepts)
         return Verdict(not verdict.holds, verdict.words)
@@ -34,6 +38,10 @@ class AnyOf(Condition):
     @property
     def needs(self) -> Needs:
         return NOTHING.union(*(one.needs for one in self.of))
+
+    @property
+    def quantities(self) -> frozenset[str]:
+        return frozenset[str]().union(*(one.quantities for one in self.of))
 
     def check(self, percepts: Percepts) -> Verdict:
         verdicts = [one.check(percepts) for one in self.of]
@@ -50,6 +58,10 @@ class AllOf(Condition):
     @property
     def needs(self) -> Needs:
         return NOTHING.union(*(one.needs for one in self.of))
+
+    @property
+    def quantities(self) -> frozenset[str]:
+        return frozenset[str]().union(*(one.quantities for one in self.of))
 
     def check(self, percepts: Percepts) -> Verdict:
         verdicts = [one.check(percepts) for one in self.of]

@@ -4,7 +4,7 @@ Robots are coupled by sensing wherever that suffices (MACTA §5: "no need for th
 measures are our choice.
 """
 
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from math import isfinite
 
 from robots.conditions.long_objects import AtHandle, HoldsAlone, JointNear
@@ -19,6 +19,17 @@ from robots.physical.profile import RobotProfile
 from robots.physical.stand_off import STAND_OFF_M
 from robots.wire import SymbolicFact
 
+CONDITIONS_OF: Mapping[str, tuple[type[Condition], ...]] = {
+    "in": (LiesAt, Holding, AtHandle, Beside),
+    "at": (Beside,),
+    "near": (Near, Beside),
+    "vacant": (Vacant,),
+    "clear": (Clear,),
+    "brought": (JointNear,),
+    "holds_alone": (HoldsAlone,),
+    "robot_attribute": (Empty,),
+}
+"""By predicate, all conditions that `condition_for` may choose."""
 ALWAYS_SENSED = frozenset({"brought", "clear", "holds_alone", "vacant"})
 """The predicates, besides relations, that `condition_for` has conditions for."""
 NEAR_M = 0.2

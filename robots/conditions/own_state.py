@@ -34,6 +34,10 @@ class Measured(Condition):
     least: float = -1e30
     most: float = 1e30
 
+    @property
+    def quantities(self) -> frozenset[str]:
+        return frozenset({self.quantity})
+
     def check(self, percepts: Percepts) -> Verdict:
         value = percepts.measured.get(self.quantity)
         if value is None:

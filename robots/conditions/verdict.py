@@ -21,6 +21,11 @@ class Verdict:
 class Condition(SensingVariant, ABC):
     """A sensor condition. Data name the subclass and its fields: `{sense: holding, object: rock}`."""
 
+    @property
+    def quantities(self) -> frozenset[str]:
+        """What it reads of the quantities that sensors of installed packages measure."""
+        return frozenset()
+
     @abstractmethod
     def check(self, percepts: Percepts) -> Verdict:
         """Whether it holds, by what is perceived in this tick."""

@@ -69,6 +69,11 @@ class SensingVariant(NamedVariant):
         super().__init_subclass__()
         cls._needs = needs
 
+    @classmethod
+    def needs_of_all(cls) -> Needs:
+        """The sensors that every one of this class needs, whatever its fields."""
+        return cls._needs
+
     @property
     def needs(self) -> Needs:
         """The sensors whose percepts it reads."""

@@ -1,6 +1,6 @@
 """Loads packets' contents and binds packets of the wire to them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from importlib import resources
@@ -9,11 +9,12 @@ from pathlib import Path
 import yaml
 from pydantic import ValidationError
 
-from robots.conditions.facts import condition_for
+from robots.conditions.facts import CONDITIONS_OF, condition_for
 from robots.conditions.verdict import Condition
 from robots.data import faults_in, place_in, read_yaml
 from robots.errors import RepertoireError
 from robots.perception.percepts import waypoint
+from robots.physical.body import ALL_SENSORS
 from robots.physical.profile import RobotProfile
 from robots.repertoire.check import template_faults
 from robots.repertoire.parameters import LIMITS, Value
@@ -61,6 +62,27 @@ class Repertoire:
             if (condition := one.condition(fact, profile.name)) is not None:
                 return condition
         return condition_for(fact, profile)
+
+    def senses(
+        self,
+        further: Collection[str] = (),
+        quantities: Collection[str] | None = None,
+        own: Collection[str] = ALL_SENSORS,
+    ) -> frozenset[str]:
+        """The predicates whose facts a robot with these sensors perceives: each condition for them can be checked.
+
+        :param further: cameras, and sensors of installed packages.
+        :param quantities: what those measure; None: that is not known, and taken to suffice.
+        """
+        sensors = frozenset(own).union(further)
+        usual = {
+            predicate
+            for predicate, conditions in CONDITIONS_OF.items()
+            if all(condition.needs_of_all() <= sensors for condition in conditions)
+        }
+        stated = {one.predicate for one in self.sensed}
+        lacking = {one.predicate for one in self.sensed if not one.is_perceived_with(sensors, quantities)}
+        return frozenset((usual | stated) - lacking)
 
     def _known(self, tag: str) -> PacketSpec:
         spec = self.specs.get(tag)

@@ -1,7 +1,7 @@
 """Facts that robots perceive beside those they always can: by which sensor condition, as data."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from pydantic import Field, TypeAdapter, ValidationError, field_validator
@@ -55,6 +55,12 @@ class SensedFact(Checked):
             if (values.setdefault(term[1:], value) if term.startswith("$") else term) != value:
                 return None
         return _one(filled(self.by, values))
+
+    def is_perceived_with(self, sensors: Collection[str], quantities: Collection[str] | None) -> bool:
+        """True if these sensors, and what they measure, are all that its condition reads; see `Repertoire.senses`."""
+        condition = _one(self.by)
+        measured = quantities is None or condition.quantities <= frozenset(quantities)
+        return measured and condition.needs <= frozenset(sensors)
 
     def faults(self) -> Iterator[tuple[Place, str]]:
         """What is wrong with its condition, whatever the arguments."""

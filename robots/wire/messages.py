@@ -167,6 +167,8 @@ class Factsheet(Wire):
 
     `body` and `sensors` as in a world file, each a kind or one with its measures; `repertoire`: its packets' tags.
     `compartment`, `aisle`, `home`: the area and home that it keeps to; without a compartment, that in which it stands.
+    `senses`: the predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that
+    Macta's robots perceive with their sensors. What it does not perceive it is told by clearance.
     `start`: where it stands, x and y in metres, heading in degrees. `edition`: of the world that made it so; None for a
     robot that is not simulated.
     """
@@ -175,6 +177,7 @@ class Factsheet(Wire):
     number: int = Field(default=0, ge=0, le=2**53)
     body: dict[str, Any] | str = "velocity"
     sensors: tuple[dict[str, Any] | str, ...] = Field(default=(), max_length=32)
+    senses: tuple[str, ...] | None = Field(default=None, max_length=64)
     repertoire: tuple[str, ...] = Field(max_length=256)
     speed_m_s: float = Field(gt=0)
     turn_rad_s: float = Field(gt=0)

@@ -112,6 +112,8 @@ class RobotSpec(Checked):
     `architecture`: sensing in parallel with acting, or in turn. `whisker_least_m`: the shortest range read.
     `sonar`: the range sensors, in order: its whiskers, and a virtual sonar that detects avatars.
     `sensors`: further ones: cameras, and those of installed packages.
+    `senses`: predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that its
+    sensors perceive. What it does not perceive it is told by clearance.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `link`: its radio, with the world's `link` as default for each value.
     `external`: software of its own speaks for it on the link; it is not simulated.
@@ -133,6 +135,7 @@ class RobotSpec(Checked):
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)
     sonar: Sonar = ("real", "virtual")
     sensors: tuple[SensorSpec, ...] = ()
+    senses: tuple[Name, ...] | None = Field(default=None, max_length=64)
     tuning: Tuning = Field(default_factory=dict)
     link: LinkSpec | None = None
     external: bool = False

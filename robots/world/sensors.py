@@ -17,12 +17,15 @@ class PackageSensorSpec(PackagePartSpec):
     """
 
     takes_images: ClassVar[bool] = False
+    measures: ClassVar[frozenset[str] | None] = None
+    """The quantities that it puts into `Readings.measured`; None: not stated."""
 
 
 class CameraSpec(Checked):
     """A camera that looks straight ahead: the size of its image in pixels, its angle of view from top to bottom."""
 
     takes_images: ClassVar[bool] = True
+    measures: ClassVar[frozenset[str] | None] = frozenset()
 
     kind: Literal["camera"]
     width: int = Field(default=240, ge=16, le=1280)
@@ -34,6 +37,7 @@ class ScannerSpec(Checked):
     """Measures `clutter` by the robot's whiskers: the share of the circle around it with something within `reach_m`."""
 
     takes_images: ClassVar[bool] = False
+    measures: ClassVar[frozenset[str] | None] = frozenset({"clutter"})
 
     kind: Literal["scanner"]
     reach_m: float = Field(default=2.0, ge=0.2, le=10)

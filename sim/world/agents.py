@@ -71,6 +71,7 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         factsheet=Factsheet(
             body=spec.body.model_dump(mode="json"),
             sensors=tuple(sensor.model_dump(mode="json") for sensor in spec.sensors),
+            senses=spec.senses,
             repertoire=spec.repertoire,
             speed_m_s=spec.speed_m_s,
             turn_rad_s=spec.turn_rad_s,

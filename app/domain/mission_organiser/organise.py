@@ -4,9 +4,10 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.domain.mission_organiser.behaviours_library import Library
-from app.domain.mission_organiser.synchronisation import awaited_facts, clearances, message_count
+from app.domain.mission_organiser.synchronisation import clearances, message_count
+from app.domain.world_model.senses import awaited_facts, unsensed
 from app.domain.world_model.vocabulary import symbolic_all
-from planner import TEAM_SEPARATOR, Fact, KnowledgeBase, PlanNet, PlanNetAction
+from planner import TEAM_SEPARATOR, Fact, KnowledgeBase, PlanNet, PlanNetAction, Senses
 from robots.wire import BehaviourPacket, BehaviourScript
 
 MIN_TIMEOUT_S = 30.0
@@ -61,6 +62,7 @@ def organise(
     facts: Collection[Fact] = frozenset(),
     script_ids: Callable[[str], str] | None = None,
     answer_s: float = 0.0,
+    senses: Senses | None = None,
 ) -> Organised | OrganiserFailure:
     """Match each action's linking goals against the library's index and write the scripts.
 
@@ -69,7 +71,10 @@ def organise(
     :param script_ids: robot → script id; by default mission and robot.
     :param answer_s: how long a message to a robot and its answer may take by radio; it extends the robots' waits for
         each other.
+    :param senses: what robots sense now, of those that do not sense all that is sensed; None: as when it was planned.
     """
+    if senses and (lacking := next(unsensed(plan_net, senses, knowledge_base), None)) is not None:
+        return OrganiserFailure(reason=lacking)
     found: dict[tuple[str, str], PacketChoice] = {}
     for action in plan_net.actions:
         for agent in action.agents:

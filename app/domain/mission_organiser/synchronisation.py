@@ -2,24 +2,13 @@
 
 Robots do not communicate with each other: a robot perceives the effects of another one's action (MACTA §3, "the
 pre-condition for the next is encountered"; §5, no need for robots to communicate directly). Where that does not
-suffice, it waits for clearance: a message of the service that another action has ended.
+suffice, or the robot does not sense it, it waits for clearance: a message of the service that another action has ended.
 """
 
 from collections import defaultdict
 from collections.abc import Mapping
 
-from app.domain.world_model.vocabulary import types_in
-from planner import Fact, Keeping, KnowledgeBase, PlanNet, awaits_of
-
-Awaits = Mapping[tuple[str, str], tuple[Fact, ...]]
-"""By action id and robot."""
-
-
-def awaited_facts(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> Awaits:
-    """For each robot's part in an action, the conditions that other robots bring about and that it can sense."""
-    changed = (f for action in plan_net.actions for f in (*action.deletes, *action.effects))
-    facts = [*changed, *(f for action in plan_net.actions for f in action.preconditions)]
-    return awaits_of(plan_net, types_in(facts, knowledge_base), knowledge_base)
+from planner import Keeping, PlanNet
 
 
 def message_count(plan_net: PlanNet) -> int:

@@ -188,6 +188,9 @@ class ChangeRobot(EditOfOne):
     body: BodySpec | None = Field(default=None, description="only of a robot that is not simulated")
     sonar: Sonar | None = None
     sensors: tuple[SensorSpec, ...] | None = None
+    senses: tuple[Name, ...] | None = Field(
+        default=None, max_length=64, description="null: what its sensors perceive"
+    )
     tuning: Tuning | None = None
     link: LinkSpec | None = Field(default=None, description="null: the world's")
 

@@ -61,6 +61,8 @@ def difference(sheet: Factsheet, robot: RobotSpec) -> ChangeRobot | None:
         said |= {"aisle": sheet.aisle}
     if sheet.home is not None:
         said |= {"home": sheet.home}
+    if sheet.senses is not None and set(sheet.senses) == set(robot.senses or ()) and robot.senses is not None:
+        del said["senses"]
     if set(sheet.repertoire) == set(robot.repertoire):
         del said["repertoire"]
     now = _robot(dict(robot) | said)
@@ -71,7 +73,8 @@ def difference(sheet: Factsheet, robot: RobotSpec) -> ChangeRobot | None:
 
 
 def _abilities(sheet: Factsheet) -> dict[str, Any]:
-    return {
+    senses = {} if sheet.senses is None else {"senses": sheet.senses}
+    return senses | {
         "body": sheet.body,
         "sensors": sheet.sensors,
         "repertoire": sheet.repertoire,

@@ -28,6 +28,7 @@ from app.domain.world_model.beliefs import (
 )
 from app.domain.world_model.berths import resolve_statements
 from app.domain.world_model.problem import LONG_OBJECT, objects_of
+from app.domain.world_model.senses import refuse_unknown_senses
 from app.domain.world_model.vocabulary import stated_fact, symbolic_all
 from app.domain.world_model.zones import places_in_zones
 from planner import Fact, KnowledgeBase
@@ -83,7 +84,11 @@ def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
 
 
 def facts_of_robot(world: WorldFile, robot: RobotSpec, knowledge_base: KnowledgeBase) -> Iterator[Fact]:
-    """What follows of a robot alone: where it starts, what it is, can and reaches."""
+    """What follows of a robot alone: where it starts, what it is, can and reaches.
+
+    :raises Invalid: if it says to sense what is no predicate.
+    """
+    refuse_unknown_senses(robot, knowledge_base)
     place = robot.home if robot.home and _starts_at_home(world, robot) else spot_of(robot.name)
     yield Fact(ROBOT_POSITION, (robot.name, NEAR, place))
     yield Fact(ROBOT_ATTRIBUTE, (robot.name, GRIPPER, EMPTY))

@@ -15,6 +15,7 @@ from app.domain.world_model.beliefs import (
     spot_of,
 )
 from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
+from app.domain.world_model.senses import Perceives, restricted_senses
 from app.domain.world_model.zones import crossings, spots_in_zones
 from planner import Crossing, Fact, KnowledgeBase, PlanningProblem
 from robots.world import WorldFile, ZoneRule
@@ -50,12 +51,14 @@ def planning_problem(
     spots: Mapping[str, Point] | None = None,
     reserved: Reservation = NOTHING_RESERVED,
     knowledge_base: KnowledgeBase | None = None,
+    perceives: Perceives | None = None,
 ) -> PlanningProblem:
     """The planning problem for these goals from the believed facts.
 
     :param spots: positions of open-floor locations, (x, y) in metres; by default the robot's start.
     :param reserved: what running missions still need and the plan must not use.
     :param knowledge_base: leaves out the facts that none of its actions mentions; None: none is.
+    :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
     """
     objects = objects_of(world)
     has_zones = knowledge_base is None or ZONE_CLEAR in knowledge_base.predicates
@@ -90,6 +93,7 @@ def planning_problem(
         goals=tuple(goals),
         functions=functions,
         crossings=crossed,
+        senses={} if knowledge_base is None else restricted_senses(world, knowledge_base, perceives),
     )
 
 

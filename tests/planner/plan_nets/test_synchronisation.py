@@ -15,6 +15,7 @@ from planner import (
     Ordering,
     PlanNet,
     PlanningProblem,
+    awaits_of,
     keep_in_step,
     read_knowledge_base,
 )
@@ -45,7 +46,7 @@ def plan_net_of(base: KnowledgeBase, problem: PlanningProblem, steps: Sequence[s
     order = extract(sequence, problem.facts, problem.goals)
     plan_net = assemble(order, problem.goals, base, {})
     assert faults_of(plan_net, problem.facts, base) == []
-    return keep_in_step(plan_net, problem.facts, problem.objects, base)
+    return keep_in_step(plan_net, problem.facts, problem.objects, base, problem.senses)
 
 
 def cleared(plan_net: PlanNet) -> list[tuple[str, str]]:
@@ -59,6 +60,24 @@ def uncleared(plan_net: PlanNet, ordering: Ordering) -> PlanNet:
     """The plan-net whose robots are not told of one ordering."""
     others = (replace(o, kept_by=Keeping.SENSING) if o is ordering else o for o in plan_net.orderings)
     return replace(plan_net, orderings=tuple(others))
+
+
+def test_a_robot_without_senses_docks_once_it_is_cleared(knowledge_base: KnowledgeBase) -> None:
+    problem = store_problem([inside("sample_1", "bay_1")], samples={"sample_1": "door_1"})
+    blind = replace(problem, senses={"store_1": frozenset()})
+    plan_net = plan_net_of(knowledge_base, blind, BRING_IN)
+    assert cleared(plan_net) == [("yard_1 RELEASE2", "store_1 DOCK")]
+    assert awaits_of(plan_net, problem.objects, knowledge_base) == {}
+    assert plan_net.senses == {"store_1": frozenset()}
+    assert first_fault(plan_net, problem.facts, problem.objects, knowledge_base) is None
+
+
+def test_senses_of_robots_that_await_nothing_change_no_plan(knowledge_base: KnowledgeBase) -> None:
+    problem = store_problem([inside("sample_1", "bay_1")], samples={"sample_1": "door_1"})
+    usual = plan_net_of(knowledge_base, problem, BRING_IN)
+    blind = replace(problem, senses={"yard_1": frozenset(), "yard_2": frozenset()})
+    other = plan_net_of(knowledge_base, blind, BRING_IN)
+    assert replace(other, senses={}) == usual
 
 
 BRING_IN = [
@@ -142,6 +161,7 @@ types: {robot: {}, thing: {}}
 functions: {}
 predicates:
   seen: {arguments: {thing: thing}, sensed: true}
+  felt: {arguments: {thing: thing}, sensed: true}
   hidden: {arguments: {thing: thing}}
   done: {arguments: {thing: thing}}
 actions:
@@ -179,7 +199,11 @@ def act(
 
 def random_problem(choose: random.Random) -> tuple[PlanningProblem, list[GroundAction]]:
     """Up to seven actions of two or three robots, now and then together, on facts seen and hidden."""
-    facts = [Fact(name, (thing,)) for name in ("seen", "hidden") for thing in THINGS[: choose.randint(1, 3)]]
+    facts = [
+        Fact(name, (thing,))
+        for name in ("seen", "felt", "hidden")
+        for thing in THINGS[: choose.randint(1, 3)]
+    ]
     initial = frozenset(fact for fact in facts if choose.random() < 0.5)
     robots = ROBOTS[: choose.randint(2, 3)]
     state = set(initial)
@@ -204,7 +228,14 @@ def random_problem(choose: random.Random) -> tuple[PlanningProblem, list[GroundA
 
 def kept(problem: PlanningProblem, sequence: Sequence[GroundAction]) -> PlanNet:
     plan_net = assemble(extract(sequence, problem.facts, problem.goals), problem.goals, ANY_BASE, {})
-    return keep_in_step(plan_net, problem.facts, problem.objects, ANY_BASE)
+    return keep_in_step(plan_net, problem.facts, problem.objects, ANY_BASE, problem.senses)
+
+
+def with_random_senses(problem: PlanningProblem, choose: random.Random) -> PlanningProblem:
+    """Each robot senses all, nothing, or one of the two predicates that are sensed."""
+    words = [None, (), ("seen",), ("felt",), ("seen", "felt")]
+    chosen = {robot: choose.choice(words) for robot in ROBOTS}
+    return replace(problem, senses={r: frozenset(w) for r, w in chosen.items() if w is not None})
 
 
 @settings(max_examples=150, deadline=None)
@@ -216,10 +247,48 @@ def test_no_order_of_events_goes_wrong_where_clearances_are_honoured(seed: int) 
     assert first_fault(plan_net, problem.facts, problem.objects, ANY_BASE) is None
 
 
+@settings(max_examples=400, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_no_order_of_events_goes_wrong_whatever_each_robot_senses(seed: int) -> None:
+    choose = random.Random(seed)
+    problem, sequence = random_problem(choose)
+    problem = with_random_senses(problem, choose)
+    plan_net = kept(problem, sequence)
+    assert all(ordering.kept_by is not None for ordering in plan_net.orderings)
+    assert first_fault(plan_net, problem.facts, problem.objects, ANY_BASE) is None
+    awaits = awaits_of(plan_net, problem.objects, ANY_BASE)
+    for (_, robot), facts in awaits.items():
+        assert {fact.predicate for fact in facts} <= problem.senses.get(robot, {"seen", "felt"})
+
+
+@settings(max_examples=75, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_robots_without_senses_await_nothing_and_depend_on_others_by_clearance_alone(seed: int) -> None:
+    problem, sequence = random_problem(random.Random(seed))
+    blind = replace(problem, senses=dict.fromkeys(ROBOTS, frozenset()))
+    plan_net = kept(blind, sequence)
+    assert awaits_of(plan_net, problem.objects, ANY_BASE) == {}
+    assert all(ordering.kept_by is not Keeping.SENSING for ordering in plan_net.orderings)
+    assert plan_net.clearances >= kept(problem, sequence).clearances
+    assert first_fault(plan_net, problem.facts, problem.objects, ANY_BASE) is None
+
+
+def test_a_robot_that_is_taken_to_sense_what_it_does_not_goes_wrong_in_some_order() -> None:
+    """The comparison notices plan-nets that rely on senses a robot lacks."""
+    wrong = 0
+    for seed in range(60):
+        problem, sequence = random_problem(random.Random(seed))
+        trusted = replace(kept(problem, sequence), senses=dict.fromkeys(ROBOTS, frozenset[str]()))
+        wrong += first_fault(trusted, problem.facts, problem.objects, ANY_BASE) is not None
+    assert wrong > 10
+
+
 def test_hardly_any_clearance_can_be_done_without() -> None:
     needless = total = 0
     for seed in range(150):
-        problem, sequence = random_problem(random.Random(seed))
+        choose = random.Random(seed)
+        problem, sequence = random_problem(choose)
+        problem = with_random_senses(problem, choose) if seed % 2 else problem
         plan_net = kept(problem, sequence)
         for ordering in plan_net.orderings:
             if ordering.kept_by is Keeping.CLEARANCE:
