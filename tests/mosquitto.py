@@ -54,8 +54,12 @@ class Mosquitto:
 
     def pause(self, paused: bool = True) -> None:
         """Let it hang, or go on."""
+        self.signal(signal.SIGSTOP if paused else signal.SIGCONT)
+
+    def signal(self, number: signal.Signals) -> None:
+        """SIGHUP: have it read its files again."""
         assert self._process is not None
-        self._process.send_signal(signal.SIGSTOP if paused else signal.SIGCONT)
+        self._process.send_signal(number)
 
     def _listens(self) -> bool:
         assert self._process is not None

@@ -28,7 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Plans goals for teams of robots, has plans approved, and monitors their execution.",
 )
-WITHOUT_COMPILED_CODE = {"world", "alive"}
+WITHOUT_COMPILED_CODE = {"world", "alive", "robot"}
 """Commands that call no compiled function."""
 
 

@@ -6,15 +6,14 @@ from typing import Annotated
 
 import typer
 
+from app.cli import enrolment
 from app.cli.options import reported_errors
 from app.domain.errors import Invalid
 
 commands = typer.Typer(no_args_is_help=True, help="Connect robots to the service (docs/robots.md).")
-
-
-@commands.callback()
-def _group() -> None:
-    """Keeps a single command a command of the group."""
+commands.command()(enrolment.enrol)
+commands.command()(enrolment.revoke)
+commands.command()(enrolment.enrolled)
 
 
 @commands.command()

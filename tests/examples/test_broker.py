@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from pydantic import SecretStr
 
+from app.cli.broker_files import BrokerFiles
 from examples.production import COMPOSE
 from robots.link.mqtt import Broker
 from tests.mosquitto import needs_mosquitto
@@ -32,13 +33,14 @@ def command(folder: Path) -> list[str]:
 
 
 @contextmanager
-def started(folder: Path) -> Iterator[int]:
-    """The broker as shipped, but for its port; answers that."""
+def started(folder: Path, robots: str = "fred:kipper\n") -> Iterator[int]:
+    """The broker as shipped, but for its port; answers that. `robots`: with passwords; empty: no such file."""
     port = free_port()
     config = folder / "config"
-    config.mkdir()
+    config.mkdir(exist_ok=True)
     shutil.copy(EXAMPLES / "mosquitto.acl", config)
-    (config / "robots").write_text("fred:kipper\n")
+    if robots:
+        (config / "robots").write_text(robots)
     shipped = (EXAMPLES / "mosquitto.conf").read_text()
     assert "\nlistener 1883\n" in shipped
     # NOTE: started as root it would become a user who cannot read the test's files.
@@ -76,6 +78,25 @@ def test_the_shipped_broker_lets_in_who_is_known_and_nobody_else(tmp_path: Path)
     assert not any(secret in kept for secret in (*SECRETS.values(), "kipper")), (
         "passwords are kept as digests"
     )
+
+
+@needs_mosquitto
+def test_the_shipped_broker_keeps_enrolled_robots_over_a_restart(tmp_path: Path) -> None:
+    kept = BrokerFiles(tmp_path / "data")
+    secrets = {name: kept.enrol(name, world="hall").password for name in ("ginger", "basil")}
+    kept.revoke("basil")
+    for _ in range(2):
+        with started(tmp_path, robots="") as port:
+            for name, lets_in in (("ginger", True), ("basil", False)):
+                broker = Broker.at(
+                    f"mqtt://127.0.0.1:{port}", username=name, password=SecretStr(secrets[name])
+                )
+                with a_service(broker) as robot:
+                    until(lambda link=robot: link.connected or link.complaint)  # type: ignore[misc]
+                    assert robot.connected == lets_in
+        access = (tmp_path / "data" / "acl").read_text()
+        assert access.count("user ginger") == access.count("user service") == 1
+        assert "\npattern " not in access, "a name alone gives no rights"
 
 
 @pytest.mark.parametrize("missing", sorted(SECRETS))
