@@ -224,8 +224,10 @@ class AgentModels:
 
     def _handle(self, message: Message) -> bool:
         """Handle a message at once; False if it is one to be recorded."""
-        if isinstance(message.body, WorldEdition) and self._editions is not None and self._has_lease():
-            self._editions.answered(message, message.body)
+        if isinstance(message.body, WorldEdition):
+            # Only the world itself says at which edition it is, not one of its robots.
+            if message.sender == WORLD and self._editions is not None and self._has_lease():
+                self._editions.answered(message, message.body)
             return True
         if message.sender not in self._robots:
             return not (isinstance(message.body, Factsheet) and self._has_lease())

@@ -49,8 +49,10 @@ class EditionDelivery:
     def answered(self, message: Message, answer: WorldEdition) -> None:
         """Record the world's answer."""
         refused = message.performative is Performative.REFUSE
-        asked = int((message.in_reply_to or "").removeprefix(REQUEST) or 0)
-        number = asked if refused else answer.edition
+        asked = (message.in_reply_to or "").removeprefix(REQUEST)
+        number = (int(asked) if asked.isdecimal() else 0) if refused else answer.edition
+        if number > self._worlds.edition(self._world).number:
+            return  # one that there is not
         self._told = max(self._told, number)
         pending = (EditionRow.world == self._world, EditionRow.delivery == "pending")
         with self._database.write() as session:

@@ -57,7 +57,11 @@ class Questions:
     def answered(self, message: Message) -> bool:
         """Pass an answer to the client that waits; True if the message is the answer to a question, also a late one."""
         with self._lock:
-            question = self._open.pop(message.in_reply_to or "", None)
+            question = self._open.get(message.in_reply_to or "")
+            if question is not None and question.robot == message.sender:
+                del self._open[question.id]
+            else:
+                question = None
         if question is not None:
             question.answer.set_result(message.body)
         return question is not None or isinstance(message.body, TraceReport)

@@ -70,18 +70,18 @@ class Factsheets:
 
     def record(self, world: str, messages: Sequence[Message]) -> Sequence[Reception]:
         """Record factsheets: together those that change nothing of the world, each other for itself."""
-        receptions: dict[str, Reception] = {}
+        receptions: dict[int, Reception] = {}
         with self._locked(world) as session:
-            for message in messages:
+            for number, message in enumerate(messages):
                 reception = self._take(session, world, message, may_change=False)
                 if reception is not None:
-                    receptions[message.id] = reception
-        for message in messages:
-            if message.id not in receptions:
+                    receptions[number] = reception
+        for number, message in enumerate(messages):
+            if number not in receptions:
                 with self._locked(world) as session:
                     reception = self._take(session, world, message, may_change=True)
-                    receptions[message.id] = reception or Reception.IGNORED
-        return [receptions[message.id] for message in messages]
+                    receptions[number] = reception or Reception.IGNORED
+        return [receptions[number] for number in range(len(messages))]
 
     def due(self, world: str) -> Sequence[FactsheetReply]:
         """Follow what had to wait and need not any longer; the answers to send now, which then count as sent.

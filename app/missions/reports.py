@@ -1,5 +1,6 @@
 """Robots' reports: each recorded once, with its consequences; those that arrive together in one transaction."""
 
+import hashlib
 import logging
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
@@ -72,6 +73,8 @@ from robots.wire import (
 
 OfScript = Acknowledgement | Refusal | PacketReport | ScriptReport | StatusReport
 """Reports and answers about a script."""
+MAX_ID = 120
+"""The longest key of a recorded message."""
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
 
 logger = logging.getLogger(__name__)
@@ -131,15 +134,15 @@ class MissionReports:
         """
         sheets = [message for message in messages if isinstance(message.body, Factsheet)]
         kept = self._factsheets.record(world, sheets) if sheets else ()
-        found = {message.id: reception for message, reception in zip(sheets, kept, strict=True)}
+        found = {_key(message): reception for message, reception in zip(sheets, kept, strict=True)}
         found |= {
-            message.id: self._record_sample(message.sender, message.body, world)
+            _key(message): self._record_sample(message.sender, message.body, world)
             for message in messages
             if isinstance(message.body, SampleReport)
         }
-        others = [message for message in messages if message.id not in found]
+        others = [message for message in messages if _key(message) not in found]
         recorded = iter(self._record_all(others, world))
-        return [found.get(message.id) or next(recorded) for message in messages]
+        return [found.get(_key(message)) or next(recorded) for message in messages]
 
     def _record_sample(self, robot: str, report: SampleReport, world: str) -> Reception:
         if why := self._plausibility.doubt_of_sample(robot, report, world):
@@ -152,32 +155,32 @@ class MissionReports:
         if not messages:
             return []
         with self._database.write() as session:
-            ids = sorted({message.id for message in messages})
+            ids = sorted({_key(message) for message in messages})
             for message_id in ids:
                 self._database.lock(session, message_id)  # another process may receive it, too
             known = set(session.scalars(select(MessageRow.id).where(MessageRow.id.in_(ids))))
-            subjects = _subjects_of(session, [message for message in messages if message.id not in known])
+            subjects = _subjects_of(session, [one for one in messages if _key(one) not in known])
             freeing = {
                 subject.mission.id: subject
                 for message in messages
-                if _may_free(message) and (subject := subjects.get(message.id)) and subject.is_current
+                if _may_free(message) and (subject := subjects.get(_key(message))) and subject.is_current
             }
             before = self._reserved(session, freeing.values())
             receptions = list[Reception]()
             wake = dict[str, tuple[MissionRow, str]]()
             for message in messages:
-                subject = subjects.get(message.id)
+                subject = subjects.get(_key(message))
                 reception = Reception.IGNORED
-                if message.id in known:
+                if _key(message) in known:
                     pass
                 elif isinstance(message.body, UpkeepReport):
                     reception = self._record_upkeep(session, message, message.body, world)
                 elif subject is not None:
                     reception = self._record_subject(session, message, subject, world)
                 if reception is Reception.RECORDED:
-                    known.add(message.id)
+                    known.add(_key(message))
                     if subject is not None:
-                        wake[subject.mission.id] = subject.mission, message.id
+                        wake[subject.mission.id] = subject.mission, _key(message)
                 receptions.append(reception)
             if self._reserved(session, freeing.values()) != before:
                 self._waiting.release(session, world)
@@ -404,7 +407,7 @@ class MissionReports:
 
 def _subjects_of(session: Session, messages: Sequence[Message]) -> dict[str, _Subject]:
     """By message, the script that it is about, with its mission, locked; without those that are no script's."""
-    script_ids = {message.id: _script_of(message) for message in messages}
+    script_ids = {_key(message): _script_of(message) for message in messages}
     found = session.scalars(select(ScriptRow).where(ScriptRow.id.in_(set(script_ids.values())))).all()
     if not found:
         return {}
@@ -425,13 +428,13 @@ def _subjects_of(session: Session, messages: Sequence[Message]) -> dict[str, _Su
     for row in session.scalars(query):
         scripts[row.mission_id, row.plan_id].append(row)
     return {
-        message.id: _Subject(
+        _key(message): _Subject(
             script=script,
             mission=missions[script.mission_id],
             scripts=scripts[script.mission_id, script.plan_id],
         )
         for message in messages
-        if (script := by_id.get(script_ids[message.id])) is not None and script.robot == message.sender
+        if (script := by_id.get(script_ids[_key(message)])) is not None and script.robot == message.sender
     }
 
 
@@ -481,7 +484,13 @@ def _script_of(message: Message) -> str:
     return message.body.script_id if isinstance(message.body, OfScript) else ""
 
 
+def _key(message: Message) -> str:
+    """What tells a message from all others of all robots: a robot may not have another's taken for known."""
+    key = f"{message.sender}/{message.id}"
+    return key if len(key) <= MAX_ID else hashlib.sha256(key.encode()).hexdigest()
+
+
 def _row(message: Message) -> MessageRow:
     """The message without its images, which are kept as results."""
     body = message.model_dump(mode="json", exclude={"body": {"results": {"__all__": {"data"}}}})
-    return MessageRow(id=message.id, robot=message.sender, kind=message.body.kind, body=body)
+    return MessageRow(id=_key(message), robot=message.sender, kind=message.body.kind, body=body)

@@ -1,14 +1,15 @@
 """Changes of a world while it runs: checked, recorded as an edition with its reason, and undone."""
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, defer
 
 from app.core import Core
-from app.domain.errors import Conflict, Invalid, NotFound, Outdated
+from app.domain.errors import Conflict, Invalid, MactaError, NotFound, Outdated
 from app.domain.events import WorldChanged
 from app.domain.lifecycles.factsheet import IN_WORLD
 from app.domain.lifecycles.plan import PlanState
@@ -55,6 +56,8 @@ from robots.world import Edition, Sample, WorldFile
 NEEDED = "needed-by-mission"
 """The code of a refusal because of a running mission."""
 EDITS: TypeAdapter[list[AnyEdit]] = TypeAdapter(list[AnyEdit])
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,19 +148,27 @@ class WorldChanges:
     def discover(self, world: str, robot: str, report: SampleReport) -> None:
         """Add a sample that a robot has seen, unless it is known. What was believed to lie there is not any longer.
 
-        What missions need does not matter: the sample is there.
+        What missions need does not matter: the sample is there. A robot sees nothing where it cannot be, and nothing
+        that has the name of something else.
         """
         with self._core.database.write() as session:
             lock_running_missions(session, world)
             self._core.facts.lock(session, world)
             self._worlds.read(session)
             known = self._worlds[world]
-            if report.place not in known.points or any(one.name == report.sample for one in known.samples):
+            is_known = any(one.name == report.sample for one in known.samples)
+            if is_known or report.place not in known.reached_by.get(robot, ()):
+                return
+            try:
+                edit = AddSample(sample=Sample(name=report.sample, at=report.place))
+                self.checked(session, world, [edit], observed=True)
+            except (MactaError, ValidationError) as error:
+                logger.warning("%s reports a sample that cannot be: %s", robot, str(error).splitlines()[0])
                 return
             self.make(
                 session,
                 world,
-                [AddSample(sample=Sample(name=report.sample, at=report.place))],
+                [edit],
                 actor=robot,
                 source=source_of(robot),
                 reason=f"{robot} saw {report.sample} in {report.place}",

@@ -351,7 +351,7 @@ def new_message_id() -> str:
 class Message(Wire):
     """One speech act. `sent_at_s` is the sender's clock; the service is called "service", a robot by its name."""
 
-    id: str = Field(default_factory=new_message_id)
+    id: str = Field(default_factory=new_message_id, min_length=1, max_length=120)
     performative: Performative
     sender: str
     receiver: str

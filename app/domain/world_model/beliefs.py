@@ -36,6 +36,8 @@ FULL = "full"
 
 EXCLUSIVE = frozenset({ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION})
 """Predicates whose facts can be contradicted by other facts."""
+STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, OWN_SPOT, REACHES})
+"""Predicates of what follows from the world alone."""
 FOLLOWING = frozenset({CLEAR, ZONE_CLEAR})
 """Predicates whose facts always follow from where robots are."""
 DERIVED = FOLLOWING | {VACANT}

@@ -9,17 +9,12 @@ from pydantic import Field, SerializerFunctionWrapHandler, ValidationError, mode
 
 from app.domain.errors import Conflict, Invalid, MactaError, NotFound
 from app.domain.world_model.beliefs import (
-    CAN,
-    HAS_BODY,
-    HAS_SENSOR,
     IN,
-    IN_AREA,
-    IN_ZONE,
     NEAR,
     OBJECT_POSITION,
-    OWN_SPOT,
     REACHES,
     ROBOT_POSITION,
+    STRUCTURAL,
     VACANT,
     Change,
     Facts,
@@ -40,8 +35,6 @@ from robots.world.parts import Architecture, Name, Sonar, Speed, Start, Tag, Tun
 from robots.world.sensors import SensorSpec
 
 Part = TypeVar("Part", Sample, RobotSpec, Location, Zone, Delivery)
-STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, OWN_SPOT, REACHES})
-"""Predicates of what follows from the world alone."""
 
 
 class WorldEdit(Checked):

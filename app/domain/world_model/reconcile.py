@@ -8,8 +8,10 @@ from app.domain.world_model.beliefs import (
     GRIPPER,
     NEAR,
     OBJECT_POSITION,
+    REACHES,
     ROBOT_ATTRIBUTE,
     ROBOT_POSITION,
+    STRUCTURAL,
     TRANSPORTED,
     VACANT,
     Change,
@@ -37,16 +39,17 @@ def reconcile_report(
     does not is lost, unless it is perceived in a place. `transported` facts of the robot are removed, because its next
     transport starts from where it stands; except for an object that it still holds at its destination.
 
-    Our choices: without a report on its gripper, a robot holds what it was believed to hold; reports about another
-    robot are ignored, because that robot's own are better; with an empty gripper, `at` a place counts as `near` it,
-    because only a robot that holds something drives off from `at` (knowledge base).
+    Our choices: without a report on its gripper, a robot holds what it was believed to hold; facts that name another
+    robot are ignored, because that robot's own reports are better, and so are those that follow from the world or from
+    factsheets; what lies in a place is believed of robots that can get there; with an empty gripper, `at` a place
+    counts as `near` it, because only a robot that holds something drives off from `at` (knowledge base).
     """
     known, misfits = _understood(facts, perceived, knowledge_base)
     robots = robots_in(facts)
     places = storing(facts)
     # NOTE: a robot also reports places as vacant that cannot hold an object.
     known = [fact for fact in known if fact.predicate != VACANT or fact.args[0] in places]
-    news = [fact for fact in known if not _of_another(fact, robot, robots)]
+    news = [fact for fact in known if _may_say(robot, fact, robots, facts)]
     # A dropped object may be perceived in a place, so the empty gripper comes first.
     news.sort(key=lambda fact: fact.predicate == OBJECT_POSITION)
     stands = [f for f in news if f.predicate == ROBOT_POSITION]
@@ -123,15 +126,18 @@ def _holders_of(items: Collection[str], facts: Facts) -> frozenset[str]:
     )
 
 
-def _of_another(fact: Fact, robot: str, robots: frozenset[str]) -> bool:
-    """True if the fact is about another robot's position, attributes or load."""
+def _may_say(robot: str, fact: Fact, robots: frozenset[str], facts: Facts) -> bool:
+    """Whether a robot may change what is believed by this: it says nothing of others, nor of places it cannot reach."""
+    if fact.predicate in STRUCTURAL or robots.intersection(fact.args) - {robot}:
+        return False
     match fact.predicate, fact.args:
-        case (("robot_position" | "robot_attribute"), (other, *_)):
-            return other != robot
         case "object_position", (_, _, ref):
-            return ref in robots and ref != robot
+            place = ref
+        case "vacant", (place,):
+            pass
         case _:
-            return False
+            return True
+    return place == robot or Fact(REACHES, (robot, place)) in facts
 
 
 def _understood(

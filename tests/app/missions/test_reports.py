@@ -236,7 +236,7 @@ def test_results_of_a_packets_end_are_kept_once_in_order_and_not_with_the_messag
     assert mission.services.missions.result(mission.id, image.id).content == PNG
     with pytest.raises(NotFound):
         mission.services.missions.result(mission.id, "result-unknown")
-    stored = mission.services.read(lambda session: session.get_one(MessageRow, said.id))
+    stored = mission.services.read(lambda session: session.get_one(MessageRow, f"{said.sender}/{said.id}"))
     assert [one["kind"] for one in stored.body["body"]["results"]] == ["reading"] * 3 + ["image"]
     assert "data" not in stored.body["body"]["results"][-1]
 
