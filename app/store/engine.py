@@ -32,8 +32,9 @@ WRITTEN = "written"
 IN_ORDER = "in order"
 """The name of the lock under which rows that are numbered in commit order are written."""
 TESTED_AFTER_S = 0.1
-"""A pooled connection that was not used for this long (wall clock) is tested before its next use. No server starts again
-within this time."""
+"""A pooled connection that was not used for this long (wall clock) is tested before its next use. No server can start
+again in less time.
+"""
 STATEMENT_CANCELLED = "57014"
 """PostgreSQL's SQLSTATE of a cancelled statement: the server is available."""
 POSTGRESQL_UNWRITABLE = ("53100", "25006")
