@@ -36,6 +36,7 @@ from planner.plan_nets.synchronisation import awaits_of, keep_in_step
 from planner.plan_nets.validation import faults_of
 from planner.problem.interface import (
     UNOBSERVED,
+    Access,
     Crossing,
     Objective,
     Observer,
@@ -54,6 +55,7 @@ __all__ = [
     "INITIAL",
     "TEAM_SEPARATOR",
     "UNOBSERVED",
+    "Access",
     "CausalLink",
     "Crossing",
     "Fact",

@@ -7,6 +7,7 @@ from importlib.metadata import EntryPoint
 from planner.engines.fast_downward import FastDownwardEngine, find_programs
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.engines.package_engine import MakeEngine, PackageEngine, package_engines
+from planner.engines.peripherals import PeripheralEngine
 from planner.engines.portfolio import Portfolio
 from planner.engines.staged import StagedEngine
 from planner.engines.temporal import Aries, Lpg, TemporalEngine
@@ -42,10 +43,10 @@ def portfolio(knowledge_base: KnowledgeBase, is_installed: Callable[[str], bool]
     """All engines that are installed: ours first, then those that need no composition, then those of packages."""
     installed = [name for name in ENGINES if is_installed(name)]
     missing = [name for name in ENGINES if name not in installed]
-    engines = [StagedEngine(ENGINES[name](knowledge_base), knowledge_base) for name in installed]
+    engines = [_whole(ENGINES[name](knowledge_base), knowledge_base) for name in installed]
     for entry in _of_packages().values():
         try:
-            engines.append(StagedEngine(PackageEngine(entry, knowledge_base), knowledge_base))
+            engines.append(_whole(PackageEngine(entry, knowledge_base), knowledge_base))
         except UnknownEngine as error:
             logger.warning("%s", error)
     return Portfolio(engines, missing=missing)
@@ -59,11 +60,16 @@ def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
     if name == Portfolio.name:
         return portfolio(knowledge_base)
     if name in ENGINES:
-        return StagedEngine(ENGINES[name](knowledge_base), knowledge_base)
+        return _whole(ENGINES[name](knowledge_base), knowledge_base)
     if name in (found := _of_packages()):
-        return StagedEngine(PackageEngine(found[name], knowledge_base), knowledge_base)
+        return _whole(PackageEngine(found[name], knowledge_base), knowledge_base)
     choices = ", ".join((Portfolio.name, *ENGINES, *found))
     raise UnknownEngine(f"unknown engine {name!r}; choices: {choices}")
+
+
+def _whole(engine: PlanningEngine, knowledge_base: KnowledgeBase) -> PlanningEngine:
+    """The engine with what it need not know of: goals in stages, and doors, hatches and lifts."""
+    return PeripheralEngine(StagedEngine(engine, knowledge_base), knowledge_base)
 
 
 def _of_packages() -> Mapping[str, EntryPoint]:

@@ -41,6 +41,8 @@ def robots_by_work(plan_net: PlanNet) -> list[str]:
 def _sentence(robot: str, work: Mapping[str, Sequence[GroundAction]], statics: StaticFacts) -> str:
     mine = work[robot]
     tags = list(dict.fromkeys(action.tag for action in mine))
+    if robot in statics.peripherals:
+        return f"can {enumeration(tags, most=len(tags))}; the plan's ways and places ask for it"
     needed = {fact for action in mine for fact in action.preconditions if fact in statics.facts}
     places = sorted({arg for fact in needed for arg in fact.args} - {robot} - set(tags))
     others = [

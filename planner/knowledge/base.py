@@ -70,6 +70,11 @@ class KnowledgeBase:
         return {name: spec.held_by for name, spec in self.predicates.items() if spec.held_by is not None}
 
     @cached_property
+    def accesses(self) -> Mapping[str, tuple[str, ...]]:
+        """The predicates of what doors, hatches and lifts must be like for others, and the positions that ask for it."""
+        return {name: spec.asked_by for name, spec in self.predicates.items() if spec.asked_by}
+
+    @cached_property
     def mentioned(self) -> frozenset[str]:
         """The predicates that some action mentions; facts of others mean nothing to a plan."""
         return self.fluents.union(literal.predicate for op in self.operators for literal in op.preconditions)

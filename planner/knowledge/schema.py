@@ -47,6 +47,9 @@ class PredicateSpec(Slot):
     make_way: an action may be planned to bring this about though it is only among its other effects.
     held_by: of a zone: nobody's position, a fact of that predicate, is in it; actions whose agents enter the zone
      need and end that, and those that leave bring it about, without stating so (`planner.problem.zones`).
+    asked_by: of a state of a door, hatch or lift: predicates of positions, each with the place as its last argument.
+     Whatever changes one of these asks for the state where its way or its place does, without stating so
+     (`planner.problem.access`).
     each_time: it tells of something done, such as a picture taken: as a goal it is to be achieved although it is true.
     phrase: what an operator reads where it holds, e.g. `{robot} reaches {location}`; `denial`: where not.
     """
@@ -58,6 +61,7 @@ class PredicateSpec(Slot):
     make_way: bool = False
     each_time: bool = False
     held_by: Word | None = None
+    asked_by: tuple[Word, ...] = ()
     phrase: str = ""
     denial: str = ""
 
@@ -172,6 +176,8 @@ class KnowledgeBaseFile(Slot):
             _known("predicate", predicate.held_by, self.predicates, f"{where}.held_by")
             if len(predicate.arguments) != 1:
                 raise _at(f"{where}.held_by", f"{name} takes one argument, the zone")
+        for position in predicate.asked_by:
+            _known("predicate", position, self.predicates, f"{where}.asked_by")
         for argument, type_name in predicate.sensed_when.items():
             _known("argument", argument, predicate.arguments, f"{where}.sensed_when")
             _known("type", type_name, self.types, f"{where}.sensed_when.{argument}")

@@ -22,6 +22,28 @@ class Crossing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Access:
+    """What of doors, hatches and lifts is asked for by others.
+
+    :param ways: from one place to another → the facts that hold while somebody is on that way.
+    :param positions: the arguments of a position after the first, such as (in, interchange_1) → the facts that hold
+        while something comes to be there or ceases to be.
+    :param to_end: such a fact → what must hold for it to be ended: a hatch with a sample in it is not closed.
+    :param restored: what a plan that ends it brings about again before it ends, if it can.
+    """
+
+    ways: Mapping[tuple[str, str], tuple[Fact, ...]] = field(default_factory=dict)
+    positions: Mapping[tuple[str, ...], tuple[Fact, ...]] = field(default_factory=dict)
+    to_end: Mapping[Fact, tuple[Fact, ...]] = field(default_factory=dict)
+    restored: frozenset[Fact] = frozenset()
+
+    @property
+    def facts(self) -> frozenset[Fact]:
+        """All that ways and positions ask for."""
+        return frozenset(fact for asked in (*self.ways.values(), *self.positions.values()) for fact in asked)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningProblem:
     """What is to be planned, in the knowledge base's vocabulary.
 
@@ -33,6 +55,7 @@ class PlanningProblem:
     numeric facts that the facts of compared quantities follow from; they explain why a goal has no plan. `crossings`:
     the zones for one agent at a time that the way from one place to another enters or leaves (`planner.problem.zones`).
     `senses`: what robots perceive, of those that do not perceive all that is sensed; it decides what keeps orderings.
+    `access`: the states of doors, hatches and lifts that ways and places ask for (`planner.problem.access`).
     """
 
     objects: Mapping[str, str]
@@ -45,6 +68,7 @@ class PlanningProblem:
     numbers: Numbers = field(default_factory=dict)
     crossings: Mapping[tuple[str, str], tuple[Crossing, ...]] = field(default_factory=dict)
     senses: Senses = field(default_factory=dict)
+    access: Access = field(default_factory=Access)
 
     @property
     def zones(self) -> frozenset[str]:

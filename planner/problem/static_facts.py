@@ -6,6 +6,7 @@ from functools import cached_property
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
+from planner.problem.access import peripherals_of
 from planner.problem.interface import PlanningProblem
 
 
@@ -15,7 +16,10 @@ class StaticFacts:
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self._problem = problem
         self.facts = frozenset(fact for fact in problem.facts if fact.predicate not in knowledge_base.fluents)
-        self.robots = knowledge_base.agents_among(problem.objects)
+        self.peripherals = peripherals_of(problem, knowledge_base)
+        """Agents that others ask for by name, so that nobody can stand in for them."""
+        agents = knowledge_base.agents_among(problem.objects)
+        self.robots = tuple(agent for agent in agents if agent not in self.peripherals)
 
     @cached_property
     def things(self) -> frozenset[str]:

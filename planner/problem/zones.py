@@ -12,28 +12,31 @@ from dataclasses import replace
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase, Operator
+from planner.problem.access import with_access
 from planner.problem.interface import Crossing, PlanningProblem
 
 
 def ground(
     op: Operator, binding: Mapping[str, str], problem: PlanningProblem, knowledge_base: KnowledgeBase
 ) -> GroundAction | None:
-    """The action under a full binding, with what zones ask for; None where its duration is not defined, or several
+    """The action under a full binding, with what zones and doors ask for; None where its duration is not defined, or several
     agents would be in a zone at a time."""
     action = op.ground(binding, problem.functions)
-    return action if action is None else with_zones(action, problem, knowledge_base)
+    if action is None:
+        return None
+    return with_zones(with_access(action, problem, knowledge_base), problem, knowledge_base)
 
 
 def ground_action(
     action: str, arguments: Mapping[str, str], problem: PlanningProblem, knowledge_base: KnowledgeBase
 ) -> GroundAction:
-    """The action with these arguments, with what zones ask for.
+    """The action with these arguments, with what zones and doors ask for.
 
     :raises KnowledgeBaseError: if the action, an argument or a duration is not known, or several agents would be in a
         zone at a time.
     """
     plain = knowledge_base.ground(action, arguments, problem.functions, objects=problem.objects)
-    whole = with_zones(plain, problem, knowledge_base)
+    whole = with_zones(with_access(plain, problem, knowledge_base), problem, knowledge_base)
     if whole is None:
         raise KnowledgeBaseError(f"{plain}: {' and '.join(plain.agents)} would be in one zone at a time")
     return whole

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf
 
+from planner.engines.peripherals import attend
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.plan_net import PlanNet
@@ -162,11 +163,11 @@ class _PlanRepair:
 
     def _executable(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
         """The actions that can be executed when the others are skipped, and the goals that they achieve."""
-        facts = self._remaining.problem.facts
-        state = set(facts)
-        achieved = set(facts)
+        problem = self._remaining.problem
+        state = set(problem.facts)
+        achieved = set(problem.facts)
         executable = list[GroundAction]()
-        for action in sequence:
+        for action in attend(sequence, problem, self._remaining.knowledge_base).sequence:
             if state.issuperset(action.preconditions):
                 apply_action(action, state, achieved)
                 executable.append(action)

@@ -8,6 +8,7 @@ the sequence, hence no other action relies on what it deletes again.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from planner.engines.peripherals import attend
 from planner.engines.plan_net_completion import complete_plan_net, confirm
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
 from planner.fact import Fact
@@ -80,7 +81,9 @@ class Remaining:
 
     def finished(self, sequence: Sequence[GroundAction], goals: Sequence[Fact]) -> PlanNet | str:
         """The plan-net of a sequence for these goals, checked and confirmed; or, in words, why there is none."""
-        problem = replace(self.problem, goals=tuple(goals))
+        attended = attend(sequence, replace(self.problem, goals=tuple(goals)), self.knowledge_base)
+        problem = replace(self.problem, goals=attended.goals)
+        sequence = attended.sequence
         if (fault := fault_of(sequence, problem.facts, problem.goals)) is not None:
             return fault
         try:

@@ -20,9 +20,11 @@ from robots.world.parts import (
     Zone,
     ZoneRule,
 )
+from robots.world.peripherals import PERIPHERAL_TAGS, Peripheral, PeripheralKind
 from robots.world.radio import Contact, LinkSpec, Outage
 
 __all__ = [
+    "PERIPHERAL_TAGS",
     "Compartment",
     "Contact",
     "Delivery",
@@ -32,6 +34,8 @@ __all__ = [
     "Obstacle",
     "Opening",
     "Outage",
+    "Peripheral",
+    "PeripheralKind",
     "RobotSpec",
     "Sample",
     "Slope",

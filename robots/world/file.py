@@ -30,6 +30,8 @@ from robots.world.parts import (
     Zone,
     ZoneRule,
 )
+from robots.world.peripherals import Peripheral
+from robots.world.peripherals import faults_of as peripheral_faults
 from robots.world.radio import LinkSpec
 from robots.world.slopes import overlapping
 from robots.world.walls import WALL_THICKNESS_M, panels_of, solid_pieces
@@ -47,6 +49,7 @@ class WorldFile(Checked):
     obstacles: tuple[Obstacle, ...] = ()
     zones: tuple[Zone, ...] = ()
     slopes: tuple[Slope, ...] = ()
+    peripherals: tuple[Peripheral, ...] = ()
     locations: tuple[Location, ...] = Field(min_length=1)
     robots: tuple[RobotSpec, ...] = Field(min_length=1)
     samples: tuple[Sample, ...] = ()
@@ -108,6 +111,16 @@ class WorldFile(Checked):
             if zone.contains(place.at)
         }
 
+    @cached_property
+    def agents(self) -> tuple[RobotSpec | Peripheral, ...]:
+        """All that is commanded by scripts: the robots, then the peripherals."""
+        return (*self.robots, *self.peripherals)
+
+    @cached_property
+    def simulated_peripherals(self) -> tuple[Peripheral, ...]:
+        """The peripherals that have no software of their own."""
+        return tuple(one for one in self.peripherals if not one.external)
+
     def zones_of(self, rule: ZoneRule) -> tuple[Zone, ...]:
         """The zones with this rule."""
         return tuple(zone for zone in self.zones if zone.rule is rule)
@@ -142,8 +155,9 @@ class WorldFile(Checked):
 
     @cached_property
     def links(self) -> Mapping[str, LinkSpec]:
-        """Robot → its radio."""
-        return {robot.name: self.link_of(robot) for robot in self.robots}
+        """Robot or peripheral → its radio."""
+        robots = {robot.name: self.link_of(robot) for robot in self.robots}
+        return robots | dict.fromkeys((one.name for one in self.peripherals), self.link)
 
     @cached_property
     def lengths_m(self) -> Mapping[str, float]:
@@ -194,12 +208,15 @@ class WorldFile(Checked):
             self.obstacles,
             self.zones,
             self.slopes,
+            self.peripherals,
             self.locations,
             self.robots,
             self.samples,
             self.deliveries,
         )
         names = [part.name for group in parts for part in group]
+        names += dict.fromkeys(level for one in self.peripherals for level in one.levels)
+        names += (one.passage for one in self.peripherals if one.passage)
         _unique(names)
         self._check_building()
         self._check_obstacles()
@@ -211,6 +228,8 @@ class WorldFile(Checked):
             self._check_robot(robot, locations)
         self._check_walls()
         self._check_distances()
+        if fault := next(peripheral_faults(self.peripherals, self.walls, self.places), None):
+            raise ValueError(fault)
         for one, other in combinations(self.robots, 2):
             if dist(one.start[:2], other.start[:2]) < ROBOT_WIDTH_M:
                 raise ValueError(

@@ -1,7 +1,7 @@
 """Beliefs about a world: facts in the planner's form, and how news revises them so that they stay consistent.
 
-A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object: a new
-fact about one of them replaces the old one. `vacant`, `clear` and `zone_clear` are derived from the positions of
+A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object, a door is
+open or closed, a lift is at one level: a new fact about one of them replaces the old one. `vacant`, `clear` and `zone_clear` are derived from the positions of
 objects and robots; `brought` lasts as long as a robot holds the object, `holds_alone` as long as it holds it alone.
 """
 
@@ -26,6 +26,11 @@ HAS_BODY = "has_body"
 HAS_SENSOR = "has_sensor"
 VACANT = "vacant"
 CLEAR = "clear"
+OPENED = "opened"
+CLOSED = "closed"
+LIFT_AT = "lift_at"
+OPERABLE = "operable"
+ON_WAY = "on_way"
 IN_ZONE = "in_zone"
 ZONE_CLEAR = "zone_clear"
 NEAR = "near"
@@ -34,9 +39,9 @@ GRIPPER = "gripper"
 EMPTY = "empty"
 FULL = "full"
 
-EXCLUSIVE = frozenset({ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION})
+EXCLUSIVE = frozenset({ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION, OPENED, CLOSED, LIFT_AT})
 """Predicates whose facts can be contradicted by other facts."""
-STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, OWN_SPOT, REACHES})
+STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, ON_WAY, OPERABLE, OWN_SPOT, REACHES})
 """Predicates of what follows from the world alone."""
 FOLLOWING = frozenset({CLEAR, ZONE_CLEAR})
 """Predicates whose facts always follow from where robots are."""
@@ -151,6 +156,10 @@ def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:
         case "object_position", (item, _, ref), "object_position", (other, _, place):
             jointly = ref in robots and place in robots and ref != place
             return ref == place or (item == other and not jointly)
+        case (("opened" | "closed"), (door,), ("opened" | "closed"), (other,)):
+            return door == other
+        case "lift_at", (lift, _), "lift_at", (other, _):
+            return lift == other
         case "vacant", (location,), "object_position", (_, _, ref):
             return location == ref
         case _:

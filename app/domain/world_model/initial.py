@@ -27,7 +27,8 @@ from app.domain.world_model.beliefs import (
     spot_of,
 )
 from app.domain.world_model.berths import resolve_statements
-from app.domain.world_model.problem import LONG_OBJECT, objects_of
+from app.domain.world_model.passages import facts_of_peripherals
+from app.domain.world_model.problem import LONG_OBJECT, has_peripherals, objects_of
 from app.domain.world_model.senses import refuse_unknown_senses
 from app.domain.world_model.vocabulary import stated_fact, symbolic_all
 from app.domain.world_model.zones import places_in_zones
@@ -54,6 +55,9 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     if ZONE_CLEAR in knowledge_base.predicates:
         layout |= {Fact(ZONE_CLEAR, (zone.name,)) for zone in world.zones_of(ZoneRule.ONE_ROBOT)}
         layout |= {Fact(IN_ZONE, args) for args in places_in_zones(world)}
+        layout |= {Fact(ZONE_CLEAR, (one.passage,)) for one in world.peripherals if one.passage}
+    if has_peripherals(knowledge_base):
+        layout |= set(facts_of_peripherals(world))
     objects = objects_of(world)
     stated = [(fact.predicate, fact.args, True) for fact in world.facts]
     extra = [

@@ -5,7 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from app.domain.world_model.beliefs import (
+    CLOSED,
+    LIFT_AT,
     OBJECT_POSITION,
+    OPENED,
+    OPERABLE,
     OWN_SPOT,
     REACHES,
     ROBOT_POSITION,
@@ -14,10 +18,11 @@ from app.domain.world_model.beliefs import (
     robots_in_zones,
     spot_of,
 )
+from app.domain.world_model.passages import functions_of, passages, unheld
 from app.domain.world_model.reservation import NOTHING_RESERVED, Reservation, is_withheld
 from app.domain.world_model.senses import Perceives, restricted_senses
 from app.domain.world_model.zones import crossings, spots_in_zones
-from planner import Crossing, Fact, KnowledgeBase, PlanningProblem
+from planner import Access, Crossing, Fact, KnowledgeBase, PlanningProblem
 from robots.world import WorldFile, ZoneRule
 from robots.world.file import ROBOT_WIDTH_M
 from robots.world.slopes import Paced, level_way_m
@@ -28,16 +33,22 @@ AREA = "area"
 OBJECT = "object"
 LONG_OBJECT = "long_object"
 ZONE = "zone"
+DOOR = "door"
+LIFT = "lift"
+LEVEL = "level"
 Point = tuple[float, float]
 Crossings = dict[tuple[str, str], tuple[Crossing, ...]]
 
 
 def objects_of(world: WorldFile) -> dict[str, str]:
     """Every object of the world and its type; each robot's open-floor spot is a location, each zone
-    for one robot a zone."""
+    for one robot a zone, and the doorway of a door for one robot, too."""
     named = {place.name: LOCATION for place in world.places}
     named |= {sample.name: LONG_OBJECT if sample.length_m else OBJECT for sample in world.samples}
     named |= {zone.name: ZONE for zone in world.zones_of(ZoneRule.ONE_ROBOT)}
+    for one in world.peripherals:
+        named |= {one.name: LIFT if one.is_lift else DOOR, **dict.fromkeys(one.levels, LEVEL)}
+        named |= {one.passage: ZONE} if one.passage else {}
     for robot in world.robots:
         named |= {robot.name: ROBOT, spot_of(robot.name): LOCATION, world.area_of(robot).name: AREA}
     return named
@@ -52,6 +63,7 @@ def planning_problem(
     reserved: Reservation = NOTHING_RESERVED,
     knowledge_base: KnowledgeBase | None = None,
     perceives: Perceives | None = None,
+    is_held: bool = False,
 ) -> PlanningProblem:
     """The planning problem for these goals from the believed facts.
 
@@ -59,11 +71,15 @@ def planning_problem(
     :param reserved: what running missions still need and the plan must not use.
     :param knowledge_base: leaves out the facts that none of its actions mentions; None: none is.
     :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
+    :param is_held: the mission that the plan is for keeps open the doors that are open, which close by themselves else.
     """
     objects = objects_of(world)
     has_zones = knowledge_base is None or ZONE_CLEAR in knowledge_base.predicates
     if not has_zones:
         objects = {name: kind for name, kind in objects.items() if kind != ZONE}
+    with_peripherals = bool(world.peripherals) and has_peripherals(knowledge_base)
+    if not with_peripherals:
+        objects = {name: kind for name, kind in objects.items() if kind not in (DOOR, LIFT, LEVEL)}
     meant = (
         None if knowledge_base is None else knowledge_base.mentioned.union(goal.predicate for goal in goals)
     )
@@ -86,6 +102,16 @@ def planning_problem(
     crossed: Crossings = {}
     if has_zones and world.zones_of(ZoneRule.ONE_ROBOT):
         free, crossed = _with_zones(world, free, facts, stands, ways)
+    access = Access()
+    if with_peripherals:
+        through = passages(world, stands, ways)
+        functions = {call: value for call, value in functions.items() if call[1] not in through.walled}
+        functions |= functions_of(world)
+        access = through.access
+        free -= frozenset() if is_held else unheld(world)
+        if has_zones:
+            every = crossed.keys() | through.crossings.keys()
+            crossed = {way: (*crossed.get(way, ()), *through.crossings.get(way, ())) for way in sorted(every)}
     unused = {spot_of(robot.name) for robot in world.robots} - {name for fact in free for name in fact.args}
     return PlanningProblem(
         objects={name: kind for name, kind in objects.items() if name not in unused},
@@ -94,7 +120,13 @@ def planning_problem(
         functions=functions,
         crossings=crossed,
         senses={} if knowledge_base is None else restricted_senses(world, knowledge_base, perceives),
+        access=access,
     )
+
+
+def has_peripherals(knowledge_base: KnowledgeBase | None) -> bool:
+    """Whether the knowledge base knows doors, hatches and lifts; None: any does."""
+    return knowledge_base is None or {OPENED, CLOSED, LIFT_AT, OPERABLE} <= knowledge_base.predicates.keys()
 
 
 def _with_zones(

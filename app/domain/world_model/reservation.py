@@ -105,7 +105,7 @@ def is_withheld(fact: Fact, reserved: Reservation) -> bool:
     there; robots that stand at one may leave it.
     """
     match fact.predicate, fact.args:
-        case (("can" | "in_area"), (robot, _)):
+        case (("can" | "in_area" | "operable"), (robot, *_)):
             return robot in reserved.robots
         case (("clear" | "vacant" | "zone_clear"), (location, *_)):
             return location in reserved.locations

@@ -37,6 +37,8 @@ def subjects_of(fact: Fact) -> frozenset[Subject]:
     match fact.predicate, fact.args:
         case "object_position", (item, _, ref):
             return frozenset({(OBJECT_POSITION, item), ("place", ref)})
+        case (("opened" | "closed" | "lift_at"), (name, *_)):
+            return frozenset({("peripheral", name)})
         case (("robot_position" | "transported" | "robot_attribute" | "brought" | "holds_alone"), _):
             return frozenset({_subject(fact)})
         case _:

@@ -21,7 +21,7 @@ Spot = str
 def places_in_zones(world: WorldFile) -> Iterator[tuple[str, str, str]]:
     """Place, area and zone, where a robot of the area that stands at the place is in the zone."""
     zones = world.zones_of(ZoneRule.ONE_ROBOT)
-    areas = [(area.name, _stands_in(area, world)) for area in _areas(world)] if zones else []
+    areas = [(area.name, stands_in(area, world)) for area in _areas(world)] if zones else []
     for zone in zones:
         claimed = _claimed(zone)
         for area, places in areas:
@@ -41,7 +41,7 @@ def crossings(
     zones = [(zone.name, _claimed(zone)) for zone in world.zones_of(ZoneRule.ONE_ROBOT)]
     found: dict[tuple[str, str], dict[str, Crossing]] = {}
     for area in _areas(world) if zones else ():
-        stands = {**_stands_in(area, world), **{spot: (point,) for spot, point in spots.items()}}
+        stands = {**stands_in(area, world), **{spot: (point,) for spot, point in spots.items()}}
         for name, zone in zones:
             inside = {place: _has_any(zone, points) for place, points in stands.items()}
             beyond = {place: _beyond(zone, points) for place, points in stands.items()}
@@ -110,7 +110,7 @@ def _areas(world: WorldFile) -> list[Aisle]:
     return list({area.name: area for area in map(world.area_of, world.robots)}.values())
 
 
-def _stands_in(area: Aisle, world: WorldFile) -> dict[str, tuple[Point, ...]]:
+def stands_in(area: Aisle, world: WorldFile) -> dict[str, tuple[Point, ...]]:
     """Where robots of the area stand at its places: before each beacon, and at it."""
     return {place.name: _stands(place, area) for place in world.places if area.contains(place.at)}
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from app.domain.blockers import Blockers
-from app.domain.world_model.beliefs import CAN, VACANT
+from app.domain.world_model.beliefs import CAN, OPERABLE, VACANT
 from app.domain.world_model.reservation import Reservation, is_withheld
 from app.planning.pool.work import Solutions, Work, WorkResult
 from planner import Fact, KnowledgeBase, Observer, PlanningEngine, PlanningProblem, PlanningStatus
@@ -105,7 +105,7 @@ class WorkUnlessBlocked:
 
 
 def is_ability(fact: Fact, *, of: Collection[str]) -> bool:
-    return fact.predicate == CAN and fact.args[0] in of
+    return fact.predicate in (CAN, OPERABLE) and fact.args[0] in of
 
 
 def _is_room(fact: Fact, *, of: Collection[str]) -> bool:
