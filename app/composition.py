@@ -213,7 +213,7 @@ class Service:
             find=self.world_set.find,
         )
         self.robots = RobotDirectory(
-            self.database,
+            self.core,
             worlds=self._files,
             board=self.board,
             contact=self.contact,
@@ -326,7 +326,7 @@ class Service:
             changes=self.world_changes,
             factsheets=self.factsheets,
         )
-        repertoires = self._files.each(lambda file: {one.name: one.repertoire for one in file.robots})
+        repertoires = self._files.each(lambda file: {one.name: one.repertoire for one in file.agents})
         senses = self._files.each(lambda file: restricted_senses(file, core.knowledge_base, self._perceives))
         dispatcher = ScriptDispatcher(
             core, library=self.packs.library(), repertoires=repertoires, senses=senses
@@ -389,6 +389,7 @@ class Service:
                 clock=world.clock,
                 low_battery=self.settings.low_battery,
                 release=self._waiting_goals.release,
+                robots=lambda: self._files[name].robots_by_name,
             ).record,
             world=name,
             has_lease=drives_world,

@@ -1,6 +1,6 @@
 """Robots' batteries as numeric facts: recorded from telemetry when they have moved far enough to matter."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 
 from sqlalchemy.orm import Session
 
@@ -32,11 +32,13 @@ class BatteryRecord:
         clock: Clock,
         low_battery: float,
         release: Callable[[Session, str], None],
+        robots: Callable[[], Container[str]],
     ) -> None:
         """
         :param clock: the world's.
         :param low_battery: a robot whose battery holds less is not recruited.
         :param release: has the world's waiting goals planned again, in the transaction.
+        :param robots: the world's robots; doors, hatches and lifts have no battery.
         """
         self._database = core.database
         self._numbers = core.facts.numbers
@@ -46,6 +48,7 @@ class BatteryRecord:
         self._clock = clock
         self._low_battery = low_battery
         self._release = release
+        self._robots = robots
         compared = (one.number for one in core.knowledge_base.comparisons.values() if one.quantity == BATTERY)
         self._bounds = frozenset({low_battery, *compared})
         self._seen: dict[str, Telemetry] = {}
@@ -54,7 +57,12 @@ class BatteryRecord:
     def record(self) -> None:
         """Record the batteries that robots have told of since the last call and that have moved."""
         views = self._board.views(self._world) if self._is_known else {}
-        told = {name: view.telemetry for name, view in views.items() if view.telemetry is not None}
+        robots = self._robots()
+        told = {
+            name: view.telemetry
+            for name, view in views.items()
+            if view.telemetry is not None and name in robots
+        }
         new = {name: said for name, said in told.items() if said is not self._seen.get(name)}
         if not new:
             return

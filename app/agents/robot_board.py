@@ -91,13 +91,13 @@ class RobotBoard:
         low_battery: float,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> Self:
-        """Of all robots of the worlds."""
-        robots = ((robot.name, name) for name, world in worlds.items() for robot in world.robots)
+        """Of all robots and peripherals of the worlds."""
+        robots = ((robot.name, name) for name, world in worlds.items() for robot in world.agents)
         return cls(robots, clocks=clocks, low_battery=low_battery, wall=wall)
 
     def renew(self, world: WorldFile) -> None:
-        """Know the robots that the world has now, and no others of it."""
-        here = {robot.name for robot in world.robots}
+        """Know the robots and peripherals that the world has now, and no others of it."""
+        here = {robot.name for robot in world.agents}
         with self._changed:
             kept = {
                 name: view for name, view in self._views.items() if view.world != world.name or name in here

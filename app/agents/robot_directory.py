@@ -9,22 +9,31 @@ from sqlalchemy.orm import Session
 
 from app.agents.contact_monitor import ContactMonitor
 from app.agents.robot_board import RobotBoard, RobotView
+from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.contact import Connection
 from app.domain.errors import NotFound, UnknownWorld
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
+from app.domain.world_model.beliefs import LIFT_AT, STATES
 from app.domain.world_model.senses import Perceives, senses_of
-from app.store import Database, LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
+from app.store import LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
 from app.store.records import lost_robots, robots_out_of_service
-from robots.world import WorldFile
+from planner import Fact
+from robots.world import Peripheral, RobotSpec, WorldFile
+
+ROBOT = "robot"
+"""The kind of what drives."""
 
 Withdrawn = TypeVar("Withdrawn", LostRobotRow, OutOfServiceRow)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotReport:
-    """A robot and what is known of it now.
+    """A robot, or a door, hatch or lift, and what is known of it now.
+
+    :param kind: `robot`, or the peripheral's.
+    :param state: how a peripheral is believed to stand, in words of its facts; empty for a robot.
 
     :param silent: True if nothing was received from it for longer than the gaps of its radio.
     :param next_contact_s: world seconds until contact is expected.
@@ -35,6 +44,8 @@ class RobotReport:
     """
 
     view: RobotView
+    kind: str
+    state: str
     connection: Connection
     last_heard_s: float | None
     silent: bool
@@ -52,7 +63,7 @@ class RobotDirectory:
 
     def __init__(
         self,
-        database: Database,
+        core: Core,
         *,
         worlds: Mapping[str, WorldFile],
         board: RobotBoard,
@@ -61,7 +72,8 @@ class RobotDirectory:
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """:param perceives: what robots sense by their sensors that do not say what they sense."""
-        self._database = database
+        self._database = core.database
+        self._facts = core.facts
         self._worlds = worlds
         self._board = board
         self._contact = contact
@@ -73,6 +85,16 @@ class RobotDirectory:
 
         :raises NotFound: if there is no such world.
         """
+        return [report for report in self._agents(world) if report.kind == ROBOT]
+
+    def peripherals(self, world: str | None = None) -> list[RobotReport]:
+        """The doors, hatches and lifts of a world, or of all worlds, in alphabetical order.
+
+        :raises NotFound: if there is no such world.
+        """
+        return [report for report in self._agents(world) if report.kind != ROBOT]
+
+    def _agents(self, world: str | None) -> list[RobotReport]:
         if world is not None and world not in self._worlds:
             raise UnknownWorld(world, self._worlds)
         views = self._board.views(world)
@@ -80,14 +102,29 @@ class RobotDirectory:
             missions = _missions_by_robot(session)
             lost = self._by_robot(session, lost_robots)
             resting = self._by_robot(session, robots_out_of_service)
+            states = {
+                (name, fact.args[0]): fact
+                for name, file in self._worlds.items()
+                if file.peripherals
+                for fact in self._facts.facts(session, name)
+                if fact.predicate in STATES
+            }
         reports = []
         for name, view in sorted(views.items()):
             key = (view.world, name)
             try:
-                if name in self._worlds[view.world].reached_by:
-                    mission = missions.get(key)
+                spec = self._worlds[view.world].agents_by_name.get(name)
+                if spec is not None:
+                    state = states.get(key)
                     reports.append(
-                        self._robot(view, mission, lost=lost.get(key), out_of_service=resting.get(key))
+                        self._report(
+                            view,
+                            spec,
+                            missions.get(key),
+                            state="" if state is None else _state_words(state),
+                            lost=lost.get(key),
+                            out_of_service=resting.get(key),
+                        )
                     )
             except KeyError:
                 if view.world in self._worlds:  # else it was removed just now
@@ -101,24 +138,27 @@ class RobotDirectory:
         return {(row.world, row.robot): row for name in self._worlds for row in of_world(session, name)}
 
     def robot(self, name: str) -> RobotReport:
-        reports = {report.view.name: report for report in self.robots()}
+        reports = {report.view.name: report for report in self._agents(None)}
         if name not in reports:
             raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
         return reports[name]
 
-    def _robot(
+    def _report(
         self,
         view: RobotView,
+        spec: RobotSpec | Peripheral,
         mission_id: str | None,
         *,
+        state: str,
         lost: LostRobotRow | None,
         out_of_service: OutOfServiceRow | None,
     ) -> RobotReport:
         monotonic_s = self._wall.monotonic_s()
         world = self._worlds[view.world]
-        spec = world.robot(view.name)
         return RobotReport(
             view=view,
+            kind=spec.kind.value if isinstance(spec, Peripheral) else ROBOT,
+            state=state,
             connection=view.connection(monotonic_s),
             last_heard_s=None
             if view.heard_monotonic_s is None
@@ -126,12 +166,17 @@ class RobotDirectory:
             silent=self._contact.silent_in_s(view.name) == 0,
             next_contact_s=round(self._contact.next_contact_s(view.name), 3),
             repertoire=spec.repertoire,
-            senses=sorted(senses_of(spec, self._perceives)),
-            reach=world.reached_by[view.name],
+            senses=sorted(senses_of(spec, self._perceives)) if isinstance(spec, RobotSpec) else (),
+            reach=world.reached_by.get(view.name, ()),
             mission_id=mission_id,
             lost=lost,
             out_of_service=out_of_service,
         )
+
+
+def _state_words(fact: Fact) -> str:
+    """`opened`, `closed`, or the level at which a lift is."""
+    return fact.args[1] if fact.predicate == LIFT_AT else fact.predicate
 
 
 def _missions_by_robot(session: Session) -> Mapping[tuple[str, str], str]:

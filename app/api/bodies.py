@@ -360,6 +360,8 @@ class RobotBody(BaseModel):
     id: str
     name: str
     world: str
+    kind: str = Field(description="robot, door, hatch or lift")
+    state: str = Field(default="", description="of a door or hatch: opened or closed; of a lift its level")
     connection: str
     last_heard_s: float | None = Field(description="seconds ago, wall clock")
     heard_at_s: float | None = Field(description="when it was last heard, world's clock")

@@ -86,6 +86,11 @@ def robots_router(
     def list_robots(world: NameFilter = None) -> Page[RobotBody]:
         return Page(items=[_robot(report) for report in robots.robots(world)])
 
+    @router.get("/peripherals", responses=declared(404))
+    def list_peripherals(world: NameFilter = None) -> Page[RobotBody]:
+        """Doors, hatches and lifts. Each is `/v1/robots/NAME`, too, and is taken out of service as robots are."""
+        return Page(items=[_robot(report) for report in robots.peripherals(world)])
+
     @router.get("/robots/{name}")
     def get_robot(name: Id) -> RobotDetailBody:
         report = robots.robot(name)
@@ -199,6 +204,8 @@ def _robot(report: RobotReport) -> RobotBody:
         id=report.view.name,
         name=report.view.name,
         world=report.view.world,
+        kind=report.kind,
+        state=report.state,
         connection=report.connection,
         last_heard_s=report.last_heard_s,
         heard_at_s=report.view.heard_s,

@@ -161,7 +161,7 @@ def named_worlds(names: Sequence[str] | None, packs: "Packs") -> "Sequence[World
     worlds = [named_world(name, packs) for name in names or (None,)]
     known: dict[str, str] = {}
     for world in worlds:
-        for thing in (f"world {world.name}", *(f"robot {robot.name}" for robot in world.robots)):
+        for thing in (f"world {world.name}", *(f"robot {robot.name}" for robot in world.agents)):
             if thing in known:
                 fail(
                     f"--world: {thing} is in {known[thing]} and in {world.name}; "

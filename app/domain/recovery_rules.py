@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any, Self
 
-from app.domain.world_model.beliefs import CAN, Facts
+from app.domain.world_model.beliefs import CAN, OPERABLE, Facts
 from planner import PlanNet
 from planner.repair import Course
 from robots.wire import FailureCategory
@@ -119,7 +119,13 @@ class LeftOut:
 
     def remove_from(self, facts: Facts) -> Facts:
         """The facts without those that allow these packets."""
-        return frozenset(f for f in facts if f.predicate != CAN or f.args not in self.packets)
+        failing = {name for name, _ in self.packets}  # a door that does not open is not planned with
+        return frozenset(
+            fact
+            for fact in facts
+            if not (fact.predicate == CAN and fact.args in self.packets)
+            and not (fact.predicate == OPERABLE and fact.args[0] in failing)
+        )
 
     def concerns(self, plan_net: PlanNet) -> bool:
         """True if the plan-net uses one of these robots or packets."""

@@ -138,10 +138,10 @@ class Plausibility:
 
     def _presence(self, robot: str) -> Presence | None:
         view = self._board.view(robot)
-        if view.telemetry is None:
+        spec = self._worlds[view.world].robots_by_name.get(robot)
+        if view.telemetry is None or spec is None:  # doors, hatches and lifts stand where they are
             return None
-        speed_m_s = self._worlds[view.world].robot(robot).speed_m_s
-        return Presence(telemetry=view.telemetry, speed_m_s=speed_m_s)
+        return Presence(telemetry=view.telemetry, speed_m_s=spec.speed_m_s)
 
     def _longest_m(self, world: str, things: Iterable[str]) -> float:
         """The greatest length of the objects: a robot at the handle of a long one is off the object's place by that."""

@@ -315,7 +315,7 @@ class WorldChanges:
     def _refuse_foreign(self, world: str, edited: EditedWorld) -> None:
         """Refuse robots that another world has, whose tags are no packet's, or whose tuning fits no packet."""
         others = {
-            robot.name: name for name, file in self._worlds.items() if name != world for robot in file.robots
+            robot.name: name for name, file in self._worlds.items() if name != world for robot in file.agents
         }
         for index, edit in enumerate(edited.made):
             if isinstance(edit, AddRobot) and (name := edit.robot.name) in others:
@@ -405,7 +405,7 @@ def _tuning_of(edit: WorldEdit) -> PacketTunings:
 
 def _forget_gone(session: Session, world: WorldFile) -> None:
     """Drop what is recorded of samples and robots that the world no longer has."""
-    here = {one.name for one in world.robots} | {one.name for one in world.samples}
+    here = {one.name for one in world.agents} | {one.name for one in world.samples}
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
     for table in (LostRobotRow, OutOfServiceRow, TuningRow):
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))

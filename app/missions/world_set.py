@@ -342,8 +342,8 @@ class WorldSet:
                 code="name-in-use",
                 thing=file.name,
             )
-        others = {robot.name: name for name, other in known.items() for robot in other.robots}
-        for index, robot in enumerate(file.robots):
+        others = {robot.name: name for name, other in known.items() for robot in other.agents}
+        for index, robot in enumerate(file.agents):
             if robot.name in others:
                 raise Conflict(
                     f"robots.{index}.name: {others[robot.name]} has a robot {robot.name}; robots are known by their "

@@ -13,6 +13,7 @@ from app.packs.pack import Pack
 from planner import KnowledgeBase, KnowledgeBaseError, merge_knowledge_bases
 from robots.data import read_yaml
 from robots.errors import RepertoireError
+from robots.world import PERIPHERAL_TAGS
 
 if TYPE_CHECKING:
     from app.domain.goal_language.verbs import Verbs
@@ -149,6 +150,8 @@ class Packs:
         if not self.libraries:
             raise PackError(f"no behaviours library is in the packs {self.names}; most packs need `store`")
         try:
-            return load_library(self.knowledge_base(), *self.libraries, tags=self.repertoire().tags)
+            return load_library(
+                self.knowledge_base(), *self.libraries, tags=(*self.repertoire().tags, *PERIPHERAL_TAGS)
+            )
         except LibraryError as error:
             raise PackError(error.detail) from error

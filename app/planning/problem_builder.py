@@ -172,6 +172,7 @@ class ProblemBuilder:
             reserved=reserved,
             knowledge_base=self._knowledge_base,
             perceives=self._perceives,
+            is_held=goal.mission_id is not None,
         )
         problem = replace(problem, stages=stages, numbers=numbers)
         issues = blocking(check_request(stated, constraints, world, facts, self._knowledge_base))

@@ -71,7 +71,7 @@ class KnowledgeBase:
 
     @cached_property
     def accesses(self) -> Mapping[str, tuple[str, ...]]:
-        """The predicates of what doors, hatches and lifts must be like for others, and the positions that ask for it."""
+        """The predicates of how doors, hatches and lifts must stand for others, and the positions that ask for it."""
         return {name: spec.asked_by for name, spec in self.predicates.items() if spec.asked_by}
 
     @cached_property

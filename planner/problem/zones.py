@@ -19,8 +19,8 @@ from planner.problem.interface import Crossing, PlanningProblem
 def ground(
     op: Operator, binding: Mapping[str, str], problem: PlanningProblem, knowledge_base: KnowledgeBase
 ) -> GroundAction | None:
-    """The action under a full binding, with what zones and doors ask for; None where its duration is not defined, or several
-    agents would be in a zone at a time."""
+    """The action under a full binding, with what zones and doors ask for; None where its duration is not defined, or
+    several agents would be in a zone at a time."""
     action = op.ground(binding, problem.functions)
     if action is None:
         return None

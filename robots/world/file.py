@@ -117,6 +117,10 @@ class WorldFile(Checked):
         return (*self.robots, *self.peripherals)
 
     @cached_property
+    def agents_by_name(self) -> Mapping[str, RobotSpec | Peripheral]:
+        return {agent.name: agent for agent in self.agents}
+
+    @cached_property
     def simulated_peripherals(self) -> tuple[Peripheral, ...]:
         """The peripherals that have no software of their own."""
         return tuple(one for one in self.peripherals if not one.external)

@@ -61,8 +61,8 @@ class Peripheral(Checked):
     """A door, hatch or lift. It is an agent: scripts command it, and it reports.
 
     A door or hatch has its panel from `start` to `end`. `capacity`: robots in the doorway at once, 1 or any number
-    (null). `opening_s`, `closing_s`: how long its panel moves. `normally`: how it is left when nobody needs it; one that
-    is normally closed closes by itself `stays_open_s` after its last order.
+    (null). `opening_s`, `closing_s`: how long its panel moves. `normally`: how it is left when nobody needs it; one
+    that is normally closed closes by itself `stays_open_s` after its last order.
     A lift has a `cabin` and `stops`, two or more; it begins at the first. `travel_s`: between two levels, its doors not
     counted. Its cabin takes one robot for each place in it.
     `external`: software of its own speaks for it on the link; it is not simulated.

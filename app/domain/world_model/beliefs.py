@@ -1,8 +1,9 @@
 """Beliefs about a world: facts in the planner's form, and how news revises them so that they stay consistent.
 
-A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object, a door is
-open or closed, a lift is at one level: a new fact about one of them replaces the old one. `vacant`, `clear` and `zone_clear` are derived from the positions of
-objects and robots; `brought` lasts as long as a robot holds the object, `holds_alone` as long as it holds it alone.
+A robot stands in one place, an object lies in one place, an attribute has one value, a place holds one object, a door
+is open or closed, a lift is at one level: a new fact about one of them replaces the old one. `vacant`, `clear` and
+`zone_clear` are derived from the positions of objects and robots; `brought` lasts as long as a robot holds the object,
+`holds_alone` as long as it holds it alone.
 """
 
 from collections import defaultdict
@@ -31,6 +32,8 @@ CLOSED = "closed"
 LIFT_AT = "lift_at"
 OPERABLE = "operable"
 ON_WAY = "on_way"
+STATES = frozenset({OPENED, CLOSED, LIFT_AT})
+"""Predicates of how doors, hatches and lifts stand."""
 IN_ZONE = "in_zone"
 ZONE_CLEAR = "zone_clear"
 NEAR = "near"
@@ -39,7 +42,7 @@ GRIPPER = "gripper"
 EMPTY = "empty"
 FULL = "full"
 
-EXCLUSIVE = frozenset({ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION, OPENED, CLOSED, LIFT_AT})
+EXCLUSIVE = STATES | {ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION}
 """Predicates whose facts can be contradicted by other facts."""
 STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, ON_WAY, OPERABLE, OWN_SPOT, REACHES})
 """Predicates of what follows from the world alone."""
@@ -146,6 +149,8 @@ def _holding(item: str, facts: Collection[Fact]) -> set[str]:
 
 def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:
     """True if the two cannot both hold. Two robots may hold one object between them (MACTA §5)."""
+    if new.predicate in STATES:
+        return old.predicate in STATES and new.args[0] == old.args[0]
     match new.predicate, new.args, old.predicate, old.args:
         case "robot_position", (robot, *_), "robot_position", (other, *_):
             return robot == other
@@ -156,10 +161,6 @@ def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:
         case "object_position", (item, _, ref), "object_position", (other, _, place):
             jointly = ref in robots and place in robots and ref != place
             return ref == place or (item == other and not jointly)
-        case (("opened" | "closed"), (door,), ("opened" | "closed"), (other,)):
-            return door == other
-        case "lift_at", (lift, _), "lift_at", (other, _):
-            return lift == other
         case "vacant", (location,), "object_position", (_, _, ref):
             return location == ref
         case _:

@@ -8,9 +8,11 @@ from app.domain.world_model.beliefs import (
     GRIPPER,
     NEAR,
     OBJECT_POSITION,
+    OPERABLE,
     REACHES,
     ROBOT_ATTRIBUTE,
     ROBOT_POSITION,
+    STATES,
     STRUCTURAL,
     TRANSPORTED,
     VACANT,
@@ -44,6 +46,8 @@ def reconcile_report(
     factsheets; what lies in a place is believed of robots that can get there; with an empty gripper, `at` a place
     counts as `near` it, because only a robot that holds something drives off from `at` (knowledge base).
     """
+    if Fact(OPERABLE, (robot,)) in facts:
+        return _state_change(facts, robot, perceived)
     known, misfits = _understood(facts, perceived, knowledge_base)
     robots = robots_in(facts)
     places = storing(facts)
@@ -74,6 +78,17 @@ def reconcile_report(
         if f.predicate == OBJECT_POSITION and f.args[2] != robot and place_of(f.args[0], after) is None
     ]
     return Change(add=after - facts, remove=facts - after, notes=(*lost, *missing, *misfits))
+
+
+def _state_change(facts: Facts, peripheral: str, perceived: Sequence[SymbolicFact]) -> Change:
+    """The change by what a door, hatch or lift says of itself; one that says nothing stands half-way."""
+    before = {f for f in facts if f.predicate in STATES and f.args[0] == peripheral}
+    after = {
+        Fact(one.predicate, one.args)
+        for one in perceived
+        if one.predicate in STATES and one.args[:1] == (peripheral,)
+    }
+    return Change(add=frozenset(after - before), remove=frozenset(before - after))
 
 
 def told_by_events(facts: Facts, told: Sequence[SymbolicFact], knowledge_base: KnowledgeBase) -> Change:
