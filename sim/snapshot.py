@@ -153,6 +153,20 @@ class SampleState(State):
     heading_rad: float
 
 
+class PeripheralState(State):
+    """A door, hatch or lift. `shares`: how far each of its panels is raised; `at`, `wanted`: the states that it is in,
+    or comes from, and goes to; `rides_s`: how long a lift has been on its way; `fault`: as `sim.world.mechanisms` has
+    it; `memory`: of its software, JSON.
+    """
+
+    shares: tuple[float, ...]
+    at: str
+    wanted: str
+    rides_s: float
+    fault: str
+    memory: str
+
+
 @dataclass(frozen=True, slots=True)
 class Rock:
     """A round obstacle, as drawn: its middle and radius."""
@@ -187,6 +201,7 @@ class WorldSnapshot(State):
     streams: dict[str, StreamState]
     touched: frozenset[str]
     robots: dict[str, RobotMemory]
+    peripherals: dict[str, PeripheralState] = Field(default_factory=dict)
 
     def only(self, *, robots: Collection[str], samples: Collection[str]) -> "WorldSnapshot":
         """Without what no longer belongs to the world. A sample whose holder goes is left where it is."""

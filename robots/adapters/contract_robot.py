@@ -41,6 +41,7 @@ from robots.wire import (
     TraceQuery,
     TraceReport,
     TuningReport,
+    UpkeepReport,
 )
 
 SAVED_EVERY_S = 1.0
@@ -132,6 +133,10 @@ class ContractRobot:
             self._runs = [leaving]
         self._changed = True
 
+    def report_upkeep(self, report: UpkeepReport) -> None:
+        """Report at the next tick what the robot did of itself; kept until the service has it."""
+        self._upkeep.append(report)
+
     def tick(self) -> None:
         """Follow the packet, handle messages, report, save, and only then send and begin."""
         now_s = self._clock.now_s()
@@ -161,6 +166,7 @@ class ContractRobot:
         self._announced = memory.announced
         self._runs = []
         self._reports: list[ScriptReport] = []
+        self._upkeep: list[UpkeepReport] = []
         self._changed = False
 
     def _recall(self, memory: ContractMemory) -> None:
@@ -345,6 +351,9 @@ class ContractRobot:
         for report in reports:
             ended_badly = isinstance(report, ScriptReport) and report.state is not ScriptState.FINISHED
             self._mailbox.report(Performative.FAILURE if ended_badly else Performative.INFORM, report, now_s)
+        for upkeep in self._upkeep:
+            self._mailbox.report(Performative.INFORM, upkeep, now_s)
+        self._upkeep = []
         if any(run.has_ended for run in self._runs):
             self._runs = [run for run in self._runs if not run.has_ended]
             self._changed = True

@@ -15,7 +15,7 @@ from weakref import finalize
 import numpy as np
 from numpy.typing import NDArray
 
-from robots.physical.body import Pose
+from robots.physical.body import RADIUS_M, Pose
 from robots.world import Slope
 from robots.world.slopes import pace_at
 from robots.world.walls import WALL_THICKNESS_M, Panel
@@ -30,6 +30,8 @@ from sim.snapshot import Rock
 SUBSTEPS = 4  # of 1/240 s each
 
 WALL_HEIGHT_M = 0.6
+RAISED_M = 0.65
+"""How far the panel of an open door is raised."""
 ROCK_HEIGHT_M = 0.4
 """Higher than a held sample, lower than the infra-red's lines of sight."""
 ROVER_HEIGHT_M = 0.3
@@ -262,6 +264,33 @@ class Scene:
         self._balls[body] = radius_m
         return body
 
+    def put_panel(self, panel: Panel) -> int:
+        """Close a doorway by a panel that `raise_panel` moves; it blocks rovers and rays as a wall does."""
+        shape = bullet.box(self.client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
+        return self._add_solid(shape, self._middle_of(panel), _heading_of(panel))
+
+    def raise_panel(self, body: int, panel: Panel, share: float) -> None:
+        """Raise a panel by a share of its height: 0 it stands on the floor, 1 rovers and rays pass under it."""
+        x, y, z = self._middle_of(panel)
+        self._poses.place(body, (x, y, z + share * RAISED_M), _heading_of(panel))
+
+    def is_under(self, panel: Panel) -> str:
+        """What stands in a panel's way to the floor: a rover or a sample; empty if nothing does."""
+        for name, body in self._rovers.items():
+            x, y, _, _ = self._poses.of(body)
+            if panel.distance_m((x, y)) < RADIUS_M + WALL_THICKNESS_M / 2:
+                return name
+        for name, body in self._samples.items():
+            x, y, _, _ = self._poses.of(body)
+            if panel.distance_m((x, y)) < SAMPLE_RADIUS_M + WALL_THICKNESS_M / 2:
+                return name
+        return ""
+
+    @staticmethod
+    def _middle_of(panel: Panel) -> Point3:
+        (x0, y0), (x1, y1) = panel.start, panel.end
+        return ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
+
     def put_beacon(self, point: tuple[float, float]) -> None:
         """Mark a place. Nothing meets the mark, nor the beacon above it: only pictures show them."""
         self._beacons.append(point)
@@ -304,11 +333,8 @@ class Scene:
         self._disconnect()
 
     def _add_wall(self, panel: Panel) -> None:
-        x0, y0 = panel.start
-        x1, y1 = panel.end
         shape = bullet.box(self.client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
-        middle = ((x0 + x1) / 2, (y0 + y1) / 2, WALL_HEIGHT_M / 2)
-        self._add_solid(shape, middle, atan2(y1 - y0, x1 - x0))
+        self._add_solid(shape, self._middle_of(panel), _heading_of(panel))
 
     def _add_solid(self, shape: int, middle: Point3, heading_rad: float) -> int:
         """An obstacle too heavy to be pushed."""
@@ -366,6 +392,11 @@ class Scene:
             x, y, _, heading = self._poses.of(body)
             self._place(body, (x, y, height_m), heading if body in self._long_bodies else 0.0)
             pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
+
+
+def _heading_of(panel: Panel) -> float:
+    (x0, y0), (x1, y1) = panel.start, panel.end
+    return atan2(y1 - y0, x1 - x0)
 
 
 def _colour_of(shape: Shape) -> Colour:

@@ -74,5 +74,6 @@ class Radio:
 
 
 def radios_of(world: WorldFile, seed: int) -> dict[str, Radio]:
-    """Every robot's radio, as the world file specifies."""
-    return {spec.name: Radio(world.link_of(spec), robot=spec.name, seed=seed) for spec in world.simulated}
+    """Every robot's and peripheral's radio, as the world file specifies."""
+    names = [*(one.name for one in world.simulated), *(one.name for one in world.simulated_peripherals)]
+    return {name: Radio(world.links[name], robot=name, seed=seed) for name in names}

@@ -25,6 +25,7 @@ from sim.truth import SampleTruth, Truth, place_at
 from sim.world.agent import Agent, AgentFactory, AgentSetup
 from sim.world.agent_group import AgentGroup, LocalGroup, RemoteGroup
 from sim.world.hub import Hub
+from sim.world.peripherals import Peripherals
 from sim.world.placement import Placement
 from sim.world.radio import radios_of
 
@@ -103,6 +104,14 @@ class Simulation:
             self.scene.put_rock(rock)
         for place in world.places:
             self.scene.put_beacon(place.at)
+        self.peripherals = Peripherals(
+            world,
+            scene=self.scene,
+            hub=self.hub,
+            clock=self.clock,
+            run=self.run,
+            states=snapshot.peripherals if snapshot else {},
+        )
         self._jaws = Jaws(self.scene, names, self._placement.samples)
         self._whiskers = Whiskers(world.simulated)
         reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.simulated}
@@ -197,6 +206,7 @@ class Simulation:
             streams={name: StreamState.of(rng) for name, rng in self._rngs.items()},
             touched=frozenset(self._touched),
             robots=self._memories(),
+            peripherals=self.peripherals.snapshot(),
         )
 
     def _restore(self, snapshot: WorldSnapshot) -> None:
@@ -210,8 +220,8 @@ class Simulation:
 
     @property
     def is_still(self) -> bool:
-        """True while no robot is commanded to move."""
-        return not any(body.is_commanded for body in self.bodies.values())
+        """True while no robot is commanded to move, and no door, hatch or lift moves."""
+        return self.peripherals.is_still and not any(body.is_commanded for body in self.bodies.values())
 
     def step(self) -> None:
         """One tick of 1/60 s; every third begins with the agents' sensing and acting.
@@ -226,6 +236,7 @@ class Simulation:
             self._drain_batteries()
             self._sense()
             self._tick_agents()
+            self.peripherals.tick(CONTROL_S)
             self.hub.flush(self.clock.now_s())
         for body in self.bodies.values():
             body.drive()

@@ -156,13 +156,16 @@ def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:
             return robot == other
         case "robot_attribute", (robot, attribute, _), "robot_attribute", (other, same, _):
             return (robot, attribute) == (other, same)
-        case "robot_attribute", (robot, "gripper", "empty"), "object_position", (_, _, ref):
-            return robot == ref
+        case ("robot_attribute", (place, "gripper", "empty"), "object_position", (_, _, ref)) | (
+            "vacant",
+            (place,),
+            "object_position",
+            (_, _, ref),
+        ):
+            return place == ref
         case "object_position", (item, _, ref), "object_position", (other, _, place):
             jointly = ref in robots and place in robots and ref != place
             return ref == place or (item == other and not jointly)
-        case "vacant", (location,), "object_position", (_, _, ref):
-            return location == ref
         case _:
             return False
 

@@ -54,6 +54,7 @@ class Recording:
             clock=self.clock,
             low_battery=LOW,
             release=self._release,
+            robots=lambda: STORE.world.robots_by_name,
         )
 
     def _release(self, session: Session, world: str) -> None:
