@@ -75,6 +75,15 @@ class KnowledgeBase:
         return {name: spec.asked_by for name, spec in self.predicates.items() if spec.asked_by}
 
     @cached_property
+    def operations(self) -> frozenset[str]:
+        """The names of the actions of doors, hatches and lifts: those that change how one stands."""
+        return frozenset(
+            op.spec.name
+            for op in self.operators
+            if any(literal.predicate in self.accesses for literal in (*op.deletes, *op.intended_effects))
+        )
+
+    @cached_property
     def mentioned(self) -> frozenset[str]:
         """The predicates that some action mentions; facts of others mean nothing to a plan."""
         return self.fluents.union(literal.predicate for op in self.operators for literal in op.preconditions)

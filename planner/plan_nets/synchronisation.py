@@ -125,6 +125,8 @@ def _sensed_links(plan_net: PlanNet, objects: Mapping[str, str], knowledge_base:
         if link.producer == INITIAL or link.consumer == GOAL:
             continue
         consumer = actions[link.consumer]
+        if consumer.tag in knowledge_base.operations:  # a door senses nothing but itself
+            continue
         # A fact that the first robot to start deletes would keep its partners waiting for ever.
         gone = len(consumer.agents) > 1 and link.fact in consumer.deletes
         for robot in consumer.agents if not gone else ():

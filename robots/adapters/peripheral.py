@@ -54,7 +54,9 @@ class PeripheralProfile:
     closes_after_s: float | None = None
 
     def fact(self, state: str) -> SymbolicFact:
-        """What holds in this state."""
+        """What holds in this state, the empty one included."""
+        if not state:
+            return SymbolicFact(predicate="half_way", args=(self.name,))
         if self.levels:
             return SymbolicFact(predicate="lift_at", args=(self.name, state))
         return SymbolicFact(predicate="opened" if state == OPEN else "closed", args=(self.name,))
@@ -108,9 +110,8 @@ class PeripheralDriver:
         self._mechanism.stop()
 
     def perceived(self) -> tuple[SymbolicFact, ...]:
-        """How it stands; nothing while it is half-way."""
-        state = self._mechanism.state
-        return (self._profile.fact(state),) if state else ()
+        """How it stands."""
+        return (self._profile.fact(self._mechanism.state),)
 
     def telemetry(self) -> Telemetry:
         here = self._profile

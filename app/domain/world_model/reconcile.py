@@ -81,13 +81,12 @@ def reconcile_report(
 
 
 def _state_change(facts: Facts, peripheral: str, perceived: Sequence[SymbolicFact]) -> Change:
-    """The change by what a door, hatch or lift says of itself; one that says nothing stands half-way."""
+    """The change by what a door, hatch or lift says of itself; `half_way` is in none of its states."""
+    told = [one for one in perceived if one.args[:1] == (peripheral,)]
+    if not told:  # its script ended before it had begun
+        return Change()
     before = {f for f in facts if f.predicate in STATES and f.args[0] == peripheral}
-    after = {
-        Fact(one.predicate, one.args)
-        for one in perceived
-        if one.predicate in STATES and one.args[:1] == (peripheral,)
-    }
+    after = {Fact(one.predicate, one.args) for one in told if one.predicate in STATES}
     return Change(add=frozenset(after - before), remove=frozenset(before - after))
 
 
