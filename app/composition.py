@@ -14,7 +14,7 @@ from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.battery_record import BatteryRecord
 from app.agents.edition_delivery import EditionDelivery
 from app.agents.robot_directory import RobotDirectory
-from app.agents.running_world import RejectsMessages, RunningWorld, WorldHost
+from app.agents.running_world import AnnouncesWorld, RejectsMessages, RunningWorld, WorldHost
 from app.agents.running_worlds import RunningWorlds
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
@@ -34,6 +34,7 @@ from app.missions.out_of_service import OutOfService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
+from app.missions.run_announcer import RunAnnouncer
 from app.missions.world_changes import WorldChanges
 from app.missions.world_set import FileChecks, WorldSet
 from app.missions.world_start import end_missions_of_absent_worlds, start_world
@@ -371,6 +372,18 @@ class Service:
                 new_run_reason=lambda: "" if late is None else late.new_run_reason,
             )
             each_turn = partial(_call_all, (run.follow, each_turn))
+        announcer: RunAnnouncer | None = None
+        if isinstance(world.fleet, AnnouncesWorld):
+            announcer = RunAnnouncer(
+                self.core,
+                self._files,
+                name,
+                world.fleet,
+                clock=world.clock,
+                holds_lease=drives_world,
+                start_new=world.start_new,
+            )
+            each_turn = partial(_call_all, (announcer.follow, each_turn))
         return AgentModels(
             robots=lambda: self._files[name].links,
             link=world.link,
@@ -395,7 +408,14 @@ class Service:
             has_lease=drives_world,
             each_turn=partial(_call_all, (self._files.follow, each_turn)),
             factsheets=self.factsheets,
-            editions=EditionDelivery(self.core, self._files, name, run=lambda: _run_of(world)),
+            editions=EditionDelivery(
+                self.core,
+                self._files,
+                name,
+                run=lambda: _run_of(world),
+                is_simulated=lambda: announcer is None or not announcer.is_announcing,
+                clock=world.clock,
+            ),
         )
 
     def _follow_holds(self, world: str) -> None:
@@ -435,6 +455,7 @@ class Service:
             compilation=self._stage,
             other_packs=self._other_packs,
             invalid_messages=self._invalid_messages,
+            link_faults=self._link_faults,
         )
         return build_api(services, viewer=self._viewer, static=WEB)
 
@@ -452,6 +473,13 @@ class Service:
                 theirs[f"the fleet of {name}"] = fleet.packs
         found = ((who, difference(self._pack_digests, packs)) for who, packs in theirs.items() if packs)
         return [f"{who}: {words}" for who, words in found if words]
+
+    def _link_faults(self) -> Mapping[str, tuple[str, str]]:
+        return {
+            name: (fault.value, world.fault_words())
+            for name, world in sorted(self._running.items())
+            if (fault := world.fault) is not None
+        }
 
     def _invalid_messages(self) -> Mapping[str, Rejected]:
         found: dict[str, Rejected] = {}

@@ -8,6 +8,7 @@ from app.core import Core
 from app.domain.events import WorldChangeRefused, WorldChangeTakenUp
 from app.store import EditionRow
 from app.store.editions import WorldDirectory
+from robots.clock import Clock
 from robots.wire import Message, Performative, WorldChange, WorldEdition
 
 REQUEST = "edition:"
@@ -18,9 +19,22 @@ class EditionDelivery:
     """Delivers one world's editions. To be called from one thread."""
 
     def __init__(
-        self, core: Core, worlds: WorldDirectory, world: str, run: Callable[[], str | None] = lambda: None
+        self,
+        core: Core,
+        worlds: WorldDirectory,
+        world: str,
+        run: Callable[[], str | None] = lambda: None,
+        *,
+        is_simulated: Callable[[], bool] = lambda: True,
+        clock: Clock | None = None,
     ) -> None:
-        """:param run: the world's present run; another one begins without the changes."""
+        """
+        :param run: the world's present run; another one begins without the changes.
+        :param is_simulated: False while nobody has to take changes up: there is no simulation.
+        :param clock: the world's.
+        """
+        self._is_simulated = is_simulated
+        self._clock = clock
         self._database = core.database
         self._events = core.events
         self._worlds = worlds
@@ -42,6 +56,9 @@ class EditionDelivery:
         number = self._newest_due()
         if number <= self._told:
             return None
+        if not self._is_simulated():
+            self._record(number, at_s=0.0 if self._clock is None else self._clock.now_s())
+            return None
         edition = self._worlds.edition(self._world)
         change = WorldChange(edition=edition.number, world=edition.world.model_dump(mode="json"))
         return f"{REQUEST}{edition.number}", change
@@ -53,6 +70,10 @@ class EditionDelivery:
         number = (int(asked) if asked.isdecimal() else 0) if refused else answer.edition
         if number > self._worlds.edition(self._world).number:
             return  # one that there is not
+        self._record(number, at_s=message.sent_at_s, refused=refused, reason=answer.reason)
+
+    def _record(self, number: int, *, at_s: float, refused: bool = False, reason: str = "") -> None:
+        """Record that the world has taken up all editions up to this one, or refused this one."""
         self._told = max(self._told, number)
         pending = (EditionRow.world == self._world, EditionRow.delivery == "pending")
         with self._database.write() as session:
@@ -64,11 +85,11 @@ class EditionDelivery:
                 if refused and not is_refused:
                     continue
                 row.delivery = "refused" if is_refused else "taken_up"
-                row.detail = answer.reason
+                row.detail = reason
                 told = (
-                    WorldChangeRefused(subject=self._world, edition=row.edition, reason=answer.reason)
+                    WorldChangeRefused(subject=self._world, edition=row.edition, reason=reason)
                     if is_refused
-                    else WorldChangeTakenUp(subject=self._world, edition=row.edition, at_s=message.sent_at_s)
+                    else WorldChangeTakenUp(subject=self._world, edition=row.edition, at_s=at_s)
                 )
                 self._events.append(session, told)
 

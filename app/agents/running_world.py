@@ -9,8 +9,9 @@ from app.agents.late_simulation import LateSimulation
 from app.agents.robot_board import RobotBoard
 from robots.clock import Clock
 from robots.link import Link
-from robots.link.mqtt.fleet import ANNOUNCE_INTERVAL_S
 from robots.link.mqtt.inbox import Rejected
+from robots.link.mqtt.service import LinkFault
+from robots.link.mqtt.topics import ANNOUNCE_INTERVAL_S
 from robots.link.transport import ServiceEnd
 from robots.world import WorldFile
 
@@ -56,6 +57,33 @@ class Driver(Protocol):
 
 
 @runtime_checkable
+class AnnouncesWorld(Protocol):
+    """A link on which the service can announce a world that has no fleet; those of packages need not."""
+
+    @property
+    def fleetless_s(self) -> float:
+        """Wall-clock seconds, while connected, since a fleet of the world was last heard."""
+        ...
+
+    def announce(self, run: str, time_s: float) -> None:
+        """Called often: tell robots the world's run and time, at least once a second."""
+        ...
+
+
+@runtime_checkable
+class TellsFaults(Protocol):
+    """A link that knows why no message can pass; those of packages need not."""
+
+    @property
+    def fault(self) -> LinkFault | None: ...
+
+    @property
+    def complaint(self) -> str:
+        """The fault in words."""
+        ...
+
+
+@runtime_checkable
 class RejectsMessages(Protocol):
     """A link that drops invalid messages and says so; those of packages need not."""
 
@@ -98,6 +126,7 @@ class RunningWorld:
     :param late: its simulation, if that is built while the service runs.
     :param close: called after the world was removed, or at the service's end; the default: the caller closes it.
     :param new_run_reason: why a new run was started, if an earlier one might have been resumed.
+    :param start_new: start a new run if the service announces the world itself.
     :param resume: called once the service receives messages; a simulated world is paused until then.
     """
 
@@ -107,6 +136,7 @@ class RunningWorld:
     rate: float | None = 1.0
     run: str | None
     new_run_reason: str = ""
+    start_new: bool = False
     resume: Callable[[], None] = _nothing
     fleet: ServiceEnd | None = None
     late: LateSimulation | None = None
@@ -126,9 +156,19 @@ class RunningWorld:
         if self.fleet is not None and self.fleet.run is None:
             return WorldStatus(
                 state=WorldState.WAITING_FOR_FLEET,
-                detail=f"no fleet drives {self.file.name} yet: start `macta fleet` with the same world file",
+                detail=self.fault_words()
+                or f"no fleet drives {self.file.name} yet: start `macta fleet` with the same world file",
             )
         return WorldStatus(state=WorldState.RUNNING)
+
+    @property
+    def fault(self) -> LinkFault | None:
+        """Why no message can pass; None if nothing is known to keep them."""
+        return self.fleet.fault if isinstance(self.fleet, TellsFaults) else None
+
+    def fault_words(self) -> str:
+        """The fault in words; empty if there is none."""
+        return self.fleet.complaint if isinstance(self.fleet, TellsFaults) and self.fleet.fault else ""
 
     def lag_s(self) -> float:
         """World seconds by which `clock` may be behind the world's own clock."""

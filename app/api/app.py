@@ -74,6 +74,7 @@ class Services:
     :param waits_for: why the service cannot plan yet; empty once it can.
     :param compilation: how far the compilation of its planner and its worlds is.
     :param other_packs: which of the service's processes run other domain packs than this one, in words.
+    :param link_faults: by world, code and words of why no message to or from its robots can pass.
     :param invalid_messages: by world, the messages from its robots that were dropped as invalid.
     """
 
@@ -107,6 +108,7 @@ class Services:
     compilation: Callable[[], Stage] = lambda: Stage.COMPILED
     other_packs: Callable[[Sequence[Executor]], Sequence[str]] = lambda executors: ()
     invalid_messages: Callable[[], Mapping[str, Rejected]] = dict
+    link_faults: Callable[[], Mapping[str, tuple[str, str]]] = dict
 
 
 def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
@@ -181,44 +183,57 @@ def _add_health(api: FastAPI, service: Services) -> None:
         """The database answers, every world's robots can be reached, all processes run the same domain packs, and the
         planner has started.
 
+        `world-differs`: a fleet drives another world file than the service has; `contract-differs`: one is of another
+        major version of the contract; `broker-refuses`: the broker does not let the service in. Nothing can be sent.
+
         `compilation` is `compiled` once the planner and the worlds run at full speed. Before, it is `compiling`, or
         `waiting` while another process on the machine compiles them: problems of up to 8 goals are planned all the
         same, larger ones wait for it. It is `uncompiled` if they will not be compiled.
 
         `starting` names worlds that were added and do not run yet, `failed` those that cannot be built: the others do
-        not wait for them. `invalid_messages` says, by world, how many messages of robots were dropped as invalid, and
-        what was wrong with the last.
+        not wait for them. `waiting_for_fleet` names those that nobody drives yet. `invalid_messages` says, by world,
+        how many messages of robots were dropped as invalid, and what was wrong with the last.
         """
         try:
             executors = [one for one in service.executors.executors() if one.alive]
         except Exception:
             return problems.problem(503, "not-ready", "the database does not answer")
+        if (problem := _why_not_ready(service, executors)) is not None:
+            return problem
         failed = service.world_set.those(WorldState.FAILED)
-        broken = [
-            world
-            for world in sorted(service.clocks)
-            if world not in failed and _is_unreachable(service, world)
-        ]
-        if broken:
-            detail = f"no link to the robots of {', '.join(broken)}"
-            return problems.problem(503, "world-unreachable", detail, worlds=broken)
-        if doing := service.waits_for():
-            return problems.problem(503, "starting", doing)
-        if others := service.other_packs(executors):
-            detail = f"give every process the same packs (--pack, MACTA_PACKS): {'; '.join(others)}"
-            return problems.problem(503, "packs-differ", detail)
         plans = any(PLANNING.name in one.serves for one in executors)
         ready: dict[str, Any] = {"status": "ready", "compilation": service.compilation().value}
         if starting := service.world_set.those(WorldState.STARTING):
             ready["starting"] = starting
         if failed:
             ready["failed"] = failed
+        if waiting := service.world_set.those(WorldState.WAITING_FOR_FLEET):
+            ready["waiting_for_fleet"] = waiting
         if rejected := service.invalid_messages():
             ready["invalid_messages"] = {world: asdict(one) for world, one in rejected.items()}
         if not plans:
             # Goals are accepted, and planned once a planning process runs.
             return JSONResponse({**ready, "detail": "no process plans: start `macta worker`"})
         return JSONResponse(ready)
+
+
+def _why_not_ready(service: Services, executors: Sequence[Executor]) -> JSONResponse | None:
+    failed = service.world_set.those(WorldState.FAILED)
+    broken = [
+        world for world in sorted(service.clocks) if world not in failed and _is_unreachable(service, world)
+    ]
+    if broken:
+        detail = f"no link to the robots of {', '.join(broken)}"
+        return problems.problem(503, "world-unreachable", detail, worlds=broken)
+    if faults := service.link_faults():
+        code, detail = next(iter(faults.values()))
+        return problems.problem(503, code, detail, worlds=list(faults))
+    if doing := service.waits_for():
+        return problems.problem(503, "starting", doing)
+    if others := service.other_packs(executors):
+        detail = f"give every process the same packs (--pack, MACTA_PACKS): {'; '.join(others)}"
+        return problems.problem(503, "packs-differ", detail)
+    return None
 
 
 def _is_unreachable(service: Services, world: str) -> bool:

@@ -86,7 +86,7 @@ def fleet_alive(world: "WorldFile", *, wall: WallClock = SYSTEM_CLOCK) -> str:
         never = threading.Event()
         give_up = wall.monotonic_s() + TIMEOUT_S
         # A package's link tells of a run when it is announced; of a broker what it has kept does not count.
-        while not (fleet.clock.is_running if isinstance(fleet, ServiceLink) else fleet.run):
+        while not (fleet.is_driven if isinstance(fleet, ServiceLink) else fleet.run):
             if wall.monotonic_s() > give_up:
                 raise Unavailable(
                     f"the fleet of {world.name} does not announce itself on broker {broker}; start `macta fleet`"

@@ -65,12 +65,19 @@ def _fleet_end(broker: Broker | Transport, world: WorldFile) -> ServiceEnd:
 
 
 @contextmanager
-def world_over_broker(broker: Broker | Transport, world: WorldFile) -> "Iterator[RunningWorld]":
-    """A world that its fleet drives, reached over a broker."""
+def world_over_broker(
+    broker: Broker | Transport, world: WorldFile, *, start_new: bool = False
+) -> "Iterator[RunningWorld]":
+    """A world that its fleet drives, reached over a broker.
+
+    :param start_new: start a new run if it has no fleet, and the service announces it.
+    """
     from app.agents.running_world import RunningWorld
 
     with fleet_over_broker(broker, world) as fleet:
-        yield RunningWorld(file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet)
+        yield RunningWorld(
+            file=world, link=fleet, clock=fleet.clock, run=None, fleet=fleet, start_new=start_new
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -96,7 +96,9 @@ def serve(
                 for world, simulation in zip(worlds, starts, strict=True)
             ]
         else:
-            running = [parts.enter_context(world_over_broker(broker, world)) for world in worlds]
+            running = [
+                parts.enter_context(world_over_broker(broker, world, start_new=start_new)) for world in worlds
+            ]
         view = ViewProcess()
         service = parts.enter_context(
             Service(

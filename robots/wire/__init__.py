@@ -1,6 +1,7 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
 from robots.wire.messages import (
+    CONTRACT,
     KINDS,
     MAX_FACTSHEET_BYTES,
     WORLD,
@@ -28,6 +29,7 @@ from robots.wire.messages import (
     UpkeepReport,
     WorldChange,
     WorldEdition,
+    is_same_contract,
     new_message_id,
 )
 from robots.wire.operator import (
@@ -58,6 +60,7 @@ from robots.wire.script import (
 from robots.wire.unknown_kinds import UnknownKinds
 
 __all__ = [
+    "CONTRACT",
     "KINDS",
     "MAX_FACTSHEET_BYTES",
     "MAX_IMAGE_BYTES",
@@ -110,5 +113,6 @@ __all__ = [
     "UpkeepReport",
     "WorldChange",
     "WorldEdition",
+    "is_same_contract",
     "new_message_id",
 ]

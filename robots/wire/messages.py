@@ -16,6 +16,8 @@ from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, 
 from robots.wire.results import PacketResult
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
 
+CONTRACT = "1.0"
+"""The version of the contract: minor versions add fields and kinds, a major one may change them (docs/robots.md)."""
 WORLD = "_world"
 """The world itself as sender and receiver; no robot can have this name."""
 MAX_FACTSHEET_BYTES = 16 * 1024
@@ -170,7 +172,7 @@ class Factsheet(Wire):
     `senses`: the predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that
     Macta's robots perceive with their sensors. What it does not perceive it is told by clearance.
     `start`: where it stands, x and y in metres, heading in degrees. `edition`: of the world that made it so; None for a
-    robot that is not simulated.
+    robot that is not simulated. `contract`: the version that the robot was made for; empty if it does not say.
     """
 
     kind: Literal["factsheet"] = "factsheet"
@@ -186,6 +188,7 @@ class Factsheet(Wire):
     home: str | None = None
     start: tuple[float, float, float] | None = None
     edition: int | None = Field(default=None, ge=0)
+    contract: str = ""
 
     @property
     def content(self) -> "Factsheet":
@@ -342,6 +345,11 @@ class UnknownBody(Wire):
 
 
 Body = Annotated[KnownBody | UnknownBody, Field(union_mode="left_to_right")]
+
+
+def is_same_contract(version: str) -> bool:
+    """True if both ends of that version and of this one understand each other; also if it is empty, not said."""
+    return not version or version.partition(".")[0] == CONTRACT.partition(".")[0]
 
 
 def new_message_id() -> str:

@@ -10,6 +10,7 @@ from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
+    ANNOUNCE_INTERVAL_S,
     GREATEST_NUMBER,
     Channel,
     ConnectionState,
@@ -20,9 +21,8 @@ from robots.link.mqtt.topics import (
     robot_topic,
     world_topic,
 )
-from robots.wire import WORLD, Message, Telemetry
+from robots.wire import CONTRACT, WORLD, Message, Telemetry
 
-ANNOUNCE_INTERVAL_S = 1.0
 QUEUED_A_ROBOT = 100
 
 
@@ -232,6 +232,7 @@ class FleetLink:
             digest=self._digest,
             packs=self._packs,
             began_at=self._number,
+            contract=CONTRACT,
         )
         return Publication(
             topic=world_topic(self._world),

@@ -5,6 +5,7 @@ import re
 import time
 import uuid
 from collections.abc import Callable, Collection, Mapping, Sequence
+from enum import StrEnum
 from typing import Protocol
 
 from pydantic import ValidationError
@@ -15,6 +16,8 @@ from robots.link.mqtt.inbox import Inbox, Rejected
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
+    ANNOUNCE_INTERVAL_S,
+    SERVICE,
     Channel,
     ConnectionState,
     Presence,
@@ -25,7 +28,7 @@ from robots.link.mqtt.topics import (
     robot_topic,
     world_topic,
 )
-from robots.wire import MAX_FACTSHEET_BYTES, Factsheet, Message, Telemetry
+from robots.wire import CONTRACT, MAX_FACTSHEET_BYTES, Factsheet, Message, Telemetry, is_same_contract
 
 RECEIVED = (Channel.STATE, Channel.VISUALIZATION, Channel.CONNECTION, Channel.FACTSHEET)
 ROBOT_NAME = re.compile(r"[a-z][a-z0-9_]{0,63}")
@@ -35,6 +38,17 @@ MAX_EARLY = 1000
 """Factsheets that are kept until their run is taken up; more are dropped."""
 
 logger = logging.getLogger(__name__)
+
+
+class LinkFault(StrEnum):
+    """Why no message to or from a world's robots passes, and none will until someone changes that."""
+
+    WORLD_DIFFERS = "world-differs"
+    """The fleet drives another world file."""
+    CONTRACT_DIFFERS = "contract-differs"
+    """The fleet is made for another major version of the contract."""
+    BROKER_REFUSES = "broker-refuses"
+    """The broker does not let the service in."""
 
 
 class Listener(Protocol):
@@ -65,7 +79,7 @@ class ServiceLink:
     ) -> None:
         """
         :param robots: the world's; none: only the fleet's announcements are received.
-        :param digest: of the world file; a fleet that drives another one is ignored.
+        :param digest: of the world file; a fleet that says it drives another one is ignored.
         """
         self._world = world
         self._digest = digest
@@ -74,7 +88,16 @@ class ServiceLink:
         self._listener: Listener | None = None
         self._announced_run: str | None = None
         self._taken_up: str | None = None
+        self._wall_s = wall_s
         self._complaint = ""
+        self._fault: LinkFault | None = None
+        self.announced_by: str | None = None
+        """Who announced the run last; None before the first announcement."""
+        self._fleet_s = float("-inf")
+        """When a fleet was last heard (wall)."""
+        self._connected_s = float("inf")
+        self._greatest_number = 0.0
+        self._announced_s = float("-inf")
         self._early: dict[str, tuple[str, Message]] = {}
         """By robot, a factsheet that came before its run was taken up, with that run."""
         self.packs: Mapping[str, str] = {}
@@ -86,6 +109,7 @@ class ServiceLink:
                 (world_topic(world), 1),
                 *((robot_topic(world, "+", channel), channel.qos) for channel in RECEIVED if robots),
             ],
+            on_connected=self._note_connection,
             on_arrival=self._receive,
         )
         self._reactor = Reactor([self._session], broker=str(broker), wall_s=wall_s)
@@ -116,6 +140,42 @@ class ServiceLink:
     @property
     def connected(self) -> bool:
         return self._session.connected
+
+    @property
+    def fault(self) -> LinkFault | None:
+        """What keeps all messages from passing; None if nothing is known to. `complaint` is its words."""
+        return LinkFault.BROKER_REFUSES if self._reactor.refused else self._fault
+
+    @property
+    def is_driven(self) -> bool:
+        """True while a fleet announces the world's time."""
+        return self.announced_by not in (None, SERVICE) and self.clock.is_running
+
+    @property
+    def fleetless_s(self) -> float:
+        """Wall-clock seconds, while connected, since a fleet of the world was last heard."""
+        return self._wall_s() - max(self._fleet_s, self._connected_s) if self.connected else 0.0
+
+    def announce(self, run: str, time_s: float) -> None:
+        """Announce the world in place of a fleet, at most once a second however often it is called."""
+        if self._wall_s() - self._announced_s < ANNOUNCE_INTERVAL_S:
+            return
+        self._announced_s = self._wall_s()
+        announcement = WorldAnnouncement(
+            state=ConnectionState.ONLINE,
+            run=run,
+            time_s=time_s,
+            began_at=self._greatest_number,
+            contract=CONTRACT,
+            by=SERVICE,
+        )
+        payload = announcement.model_dump_json().encode()
+        self._session.publish(
+            Publication(topic=world_topic(self._world), payload=payload, qos=1, retain=True)
+        )
+
+    def _note_connection(self) -> None:
+        self._connected_s = self._wall_s()
 
     @property
     def complaint(self) -> str:
@@ -205,17 +265,40 @@ class ServiceLink:
         return True
 
     def _follow(self, announced: WorldAnnouncement, *, now: bool) -> None:
-        self.packs = announced.packs
-        if self._digest and announced.digest != self._digest:
-            why = f"the fleet of {self._world} drives another world file than the service has; give both the same"
-            if why != self._complaint:
-                logger.error("%s", why)
-            self._complaint = why
+        self._greatest_number = max(self._greatest_number, announced.began_at)
+        is_online = announced.state is ConnectionState.ONLINE
+        if announced.by != SERVICE:
+            self._fleet_s = (
+                self._wall_s() if announced.state is not ConnectionState.OFFLINE else float("-inf")
+            )
+            self.packs = announced.packs
+        fault = self._fault_of(announced)
+        self._note_fault(fault if is_online else None)
+        if fault is not None:
             return
-        self._complaint = ""
-        if announced.state is not ConnectionState.ONLINE and announced.run == self._announced_run:
+        self.announced_by = announced.by
+        if not is_online and announced.run == self._announced_run:
             self.clock.stop()
             return
-        running = now and announced.state is ConnectionState.ONLINE
+        running = now and is_online
         self.clock.set(announced.run, announced.time_s, announced.rate, running=running)
         self._announced_run = announced.run
+
+    def _fault_of(self, announced: WorldAnnouncement) -> LinkFault | None:
+        if not is_same_contract(announced.contract):
+            return LinkFault.CONTRACT_DIFFERS
+        differs = self._digest and announced.digest and announced.digest != self._digest
+        return LinkFault.WORLD_DIFFERS if differs else None
+
+    def _note_fault(self, fault: LinkFault | None) -> None:
+        words = {
+            None: "",
+            LinkFault.WORLD_DIFFERS: f"the fleet of {self._world} drives another world file than the service has;"
+            " give both the same",
+            LinkFault.CONTRACT_DIFFERS: f"{self._world} is announced by another major version of the contract than"
+            f" {CONTRACT}; give service and fleet the same version of Macta",
+        }[fault]
+        if words and words != self._complaint:
+            logger.error("%s", words)
+        self._fault = fault
+        self._complaint = words

@@ -9,8 +9,11 @@ from robots.wire.script import Wire
 
 ROOT = "macta/v1"
 SERVICE = "service"
+FLEET = "fleet"
 AT_MOST_ONCE = 0
 AT_LEAST_ONCE = 1
+ANNOUNCE_INTERVAL_S = 1.0
+"""Between two announcements of a world."""
 GREATEST_NUMBER = 1e15
 """The greatest number of a fleet: a float to which 1 can still be added."""
 
@@ -86,13 +89,14 @@ class Presence(Wire):
 
 
 class WorldAnnouncement(Wire):
-    """Retained on a world's topic, published by its fleet every second. `CONNECTION_BROKEN` is its last will.
+    """Retained on a world's topic, published every second by its fleet, or by the service if it has none.
 
-    `run` changes when the world starts again. `time_s`: the world's clock; `rate`: world seconds a wall-clock second,
-    None as fast as possible; `digest`: of the world file; `packs`: the digests of the fleet's domain packs, by name;
-    `began_at`: the number of the fleet, greater than that of the
-    fleet before it. Of two running fleets the one with the greater number drives the world. A first fleet takes
-    the epoch seconds at which it began.
+    `CONNECTION_BROKEN` is a fleet's last will. `run` changes when the world starts again. `time_s`: the world's clock;
+    `rate`: world seconds a wall-clock second, None as fast as possible; `contract`: the version of the contract, empty
+    if it is not said; `by`: who announces it. `digest`: of the fleet's world file, empty if it is not said; `packs`:
+    the digests of the fleet's domain packs, by name; `began_at`: the number of the fleet, greater than that of the
+    fleet before it; the service's is the greatest that it has heard. Of two running fleets the one with the greater
+    number drives the world. A first fleet takes the epoch seconds at which it began.
     """
 
     state: ConnectionState
@@ -102,3 +106,5 @@ class WorldAnnouncement(Wire):
     digest: str = ""
     packs: dict[str, str] = Field(default_factory=dict, max_length=100)
     began_at: float = Field(default=0.0, ge=0, le=GREATEST_NUMBER)
+    contract: str = Field(default="", max_length=16)
+    by: str = Field(default=FLEET, max_length=16)

@@ -1,12 +1,16 @@
 """A fleet comes and goes by itself: its world goes on with the run that the record knows, and else starts a new run."""
 
+import json
 import time
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
+from paho.mqtt.client import Client
+from paho.mqtt.enums import CallbackAPIVersion
 
 from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
@@ -209,3 +213,84 @@ def test_a_fleet_with_other_domain_packs_is_named_until_it_has_the_same(
     assert "the fleet of sample_store: pack looks is not here" in told["detail"]
     fleet("run-2", ours)
     until(lambda: api.get("/readyz").status_code == 200)
+
+
+@contextmanager
+def served_beside(
+    data: Path, world_file: WorldFile, worker: PlanningWorker, broker: Mosquitto
+) -> Iterator[tuple[TestClient, ServiceLink]]:
+    """A service that knows the digest of its world file."""
+    names = [robot.name for robot in world_file.robots]
+    link = ServiceLink(world_file.name, names, Broker.at(broker.url), digest="mine")
+    world = RunningWorld(file=world_file, link=link, clock=link.clock, run=None, fleet=link)
+    settings = Settings(data=data, token=TOKEN, database_url=None)
+    with (
+        Service(settings, [world], worker=worker) as service,
+        TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api,
+    ):
+        yield api, link
+    link.close()
+
+
+def announce(broker: Mosquitto, **fields: Any) -> None:
+    """As a stranger's fleet would."""
+    client = Client(CallbackAPIVersion.VERSION2)
+    client.connect("127.0.0.1", broker.port)
+    client.loop_start()
+    said = {"state": "online", "run": "of-a-stranger", "time_s": 7.0, **fields}
+    client.publish("macta/v1/sample_store/world", json.dumps(said), 1, retain=True).wait_for_publish(10)
+    client.disconnect()
+    client.loop_stop()
+
+
+@pytest.mark.parametrize(
+    ("said", "code", "words"),
+    [
+        ({"digest": "another"}, "world-differs", "another world file"),
+        ({"contract": "2.0"}, "contract-differs", "another major version"),
+    ],
+)
+def test_a_service_that_can_never_send_is_not_ready_and_says_why(
+    tmp_path: Path,
+    world_file: WorldFile,
+    worker: PlanningWorker,
+    broker: Mosquitto,
+    said: dict[str, str],
+    code: str,
+    words: str,
+) -> None:
+    with served_beside(tmp_path, world_file, worker, broker) as (api, link):
+        announce(broker, **said)
+        until(lambda: link.fault is not None)
+        refused = api.get("/readyz")
+        assert (refused.status_code, refused.json()["type"]) == (503, f"urn:macta:problem:{code}")
+        assert words in refused.json()["detail"]
+        assert refused.json()["worlds"] == ["sample_store"]
+        assert words in api.get("/v1/worlds/sample_store").json()["status_detail"]
+        announce(broker, state="offline", **said)
+        until(lambda: api.get("/readyz").status_code == 200)
+        assert link.run is None
+
+
+def test_a_fleet_that_says_nothing_of_its_world_file_is_accepted(
+    tmp_path: Path, world_file: WorldFile, worker: PlanningWorker, broker: Mosquitto
+) -> None:
+    with served_beside(tmp_path, world_file, worker, broker) as (api, link):
+        announce(broker, contract="1.7", purpose="a field that this version does not know")
+        until(lambda: link.taken_up == "of-a-stranger")
+        assert api.get("/readyz").status_code == 200
+
+
+def test_what_is_wrong_with_a_message_that_was_dropped_is_shown(
+    tmp_path: Path, world_file: WorldFile, worker: PlanningWorker, broker: Mosquitto
+) -> None:
+    with served_beside(tmp_path, world_file, worker, broker) as (api, link):
+        announce(broker, run=3)
+        until(lambda: link.malformed == 1)
+        assert api.get("/readyz").json()["invalid_messages"] == {
+            "sample_store": {
+                "count": 1,
+                "topic": "macta/v1/sample_store/world",
+                "reason": "run: Input should be a valid string",
+            }
+        }

@@ -37,9 +37,10 @@ ALLOWED = [
     *(("fleet", f"fred/{channel}") for channel in OF_ROBOTS),
     *(("fred", f"fred/{channel}") for channel in OF_ROBOTS),
     ("fleet", "world"),
+    ("service", "world"),
 ]
 FORBIDDEN = [
-    *(("service", topic) for topic in ("world", *(f"fred/{channel}" for channel in OF_ROBOTS))),
+    *(("service", f"fred/{channel}") for channel in OF_ROBOTS),
     *(("fleet", f"fred/{channel}") for channel in TO_ROBOTS),
     *(("fred", topic) for topic in ("world", *(f"fred/{channel}" for channel in TO_ROBOTS))),
     *(("fred", f"ginger/{channel}") for channel in (*TO_ROBOTS, *OF_ROBOTS)),
