@@ -157,6 +157,26 @@ class ResultBody(BaseModel):
     unit: str
 
 
+class ReportBody(BaseModel):
+    """What a robot has reported of a packet."""
+
+    robot: str
+    packet: str
+    tag: str
+    state: str
+    at_s: float | None = Field(description="world's clock; null: it has reported nothing of it")
+
+
+class ContradictionBody(BaseModel):
+    """Two reports on a plan that do not fit together: `later` began before `earlier` had ended, or had begun."""
+
+    plan_id: str
+    earlier: ReportBody
+    later: ReportBody
+    things: list[str] = Field(description="what the reports are about; where they are is no longer believed")
+    detail: str
+
+
 class MissionBody(BaseModel):
     id: str
     goal_id: str
@@ -180,6 +200,10 @@ class MissionBody(BaseModel):
     enquire_at_s: float | None
     ended_at_s: float | None
     created_at: str
+    contradictions: list[ContradictionBody] = Field(
+        default=[],
+        description="in what its robots have reported, on all its plans; it does not complete with them",
+    )
     results: int = Field(default=0, description="how many its packets have brought")
     recovery: RecoveryBody
     progress: list[ScriptProgress] = Field(description="of the plan that it carries out now")

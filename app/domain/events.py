@@ -333,6 +333,25 @@ class MissionStuck(MissionEvent, type="mission.stuck"):
     reason: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContradictingReport:
+    """What a robot has reported of a packet; without a time it has reported nothing of it."""
+
+    robot: str
+    packet: str
+    tag: str
+    state: PacketState
+    at_s: float | None
+
+
+class ReportsContradict(MissionEvent, type="mission.reports_contradict"):
+    """Two robots' `reports` do not fit together; where the `things` are that they are about is no longer believed."""
+
+    reports: tuple[ContradictingReport, ...]
+    things: tuple[str, ...]
+    detail: str
+
+
 # Scripts and packets
 
 

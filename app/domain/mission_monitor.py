@@ -35,6 +35,7 @@ class ScriptView:
     :param waited: the failed packet never began: it waited for another robot.
     :param silent_in_s: least world seconds until the robot's silence is longer than its radio explains; 0 once it is.
     :param doubt: why the robot's report was held back as implausible; empty if none was.
+    :param counterparts: robots whose reports it waits for and that have not come.
     """
 
     robot: str
@@ -52,6 +53,7 @@ class ScriptView:
     script_id: str = ""
     silent_in_s: float = inf
     doubt: str = ""
+    counterparts: tuple[str, ...] = ()
 
     @property
     def is_silent(self) -> bool:
@@ -106,6 +108,7 @@ class MissionView:
     :param no_way: why no repaired plan was found, or why it was rejected; empty if none was sought.
     :param done_before: a robot has finished a script of an earlier plan.
     :param reason: why it is in its state.
+    :param contradictions: in what its robots have reported on this plan, in words.
     :param stopped_for: why its robots were stopped although none had failed.
     :param deadline_s: world's clock; None without a deadline.
     """
@@ -125,6 +128,7 @@ class MissionView:
     no_way: str = ""
     done_before: bool = False
     reason: str = ""
+    contradictions: Sequence[str] = ()
     stopped_for: str = ""
     deadline_s: float | None = None
 
@@ -141,7 +145,9 @@ class MissionView:
     def why(self) -> str:
         """What has gone wrong, in words; empty if nothing has."""
         if troubles := self.troubles:
-            return "; ".join(map(str, troubles))
+            return "; ".join([*self.contradictions, *map(str, troubles)])
+        if self.contradictions:
+            return "; ".join(self.contradictions)
         return self.stopped_for or (f"{', '.join(self.broken)} is no longer true" if self.broken else "")
 
 
@@ -196,7 +202,7 @@ def _review(view: MissionView, patience_s: float) -> Verdict:
         return _make_safe(view, open_scripts, patience_s)
     doubted = [script for script in open_scripts if script.doubt]
     if doubted and view.state is not MissionState.PAUSED:
-        return _doubting(view, doubted)
+        return _doubting(view, doubted, open_scripts)
     if view.asked_for_s is None:
         return _expecting(view, open_scripts)
     return _questioning(view, open_scripts, patience_s)
@@ -217,10 +223,12 @@ def _conclusion(view: MissionView) -> Verdict:
     unfinished = [script for script in view.scripts if script.state is not ScriptState.FINISHED]
     if view.cancel_requested and unfinished:
         return cancelled(came_true=not view.missed)
-    if not view.missed:
+    if not view.missed and not view.contradictions:
         # NOTE: also if a robot failed, when all goals are true.
         return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
     category = category_of(view.troubles)
+    if view.contradictions and not view.troubles:
+        category = FailureCategory.ROBOT
     recovery = _recovery(view, "; ".join(filter(None, (_what_happened(view), view.no_way))))
     if recovery is not None:
         return replace(recovery, failure=category)
@@ -280,14 +288,17 @@ def _make_safe(view: MissionView, open_scripts: list[ScriptView], patience_s: fl
     )
 
 
-def _doubting(view: MissionView, doubted: list[ScriptView]) -> Verdict:
-    """Robots report implausibly: the mission is `unknown`, and they are asked once for their status."""
+def _doubting(view: MissionView, doubted: list[ScriptView], open_scripts: list[ScriptView]) -> Verdict:
+    """Robots report implausibly: the mission is `unknown`, and they are asked once for their status, as are those
+    whose reports are missing."""
+    concerned = {name for script in doubted for name in (script.robot, *script.counterparts)}
+    ask = tuple(script.robot for script in open_scripts if script.robot in concerned)
     return Verdict(
         state=MissionState.UNKNOWN,
         wait_s=EXTENSION_S,
         reason="; ".join(f"{script.robot} {script.doubt}" for script in doubted),
         failure=FailureCategory.ROBOT,
-        ask=tuple(script.robot for script in doubted) if view.asked_for_s is None else (),
+        ask=ask if view.asked_for_s is None else (),
     )
 
 

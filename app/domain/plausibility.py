@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import dist
 
+from app.domain.contradictions import HELD_S, Told
 from robots.wire import PacketState, Telemetry
 
 LEAST_SHARE = 0.25
@@ -100,6 +101,18 @@ def doubt_of_finish(work: Work, packet: str, at_s: float, *, now_s: float, lag_s
     if took_s >= least_s - ROUNDING_S:
         return ""
     return f"{what} after {max(took_s, 0.0):.1f} s, which takes {least_s:.1f} s at least"
+
+
+def doubt_of_order(begun: Told, awaited: Sequence[Told], *, at_s: float, now_s: float) -> str:
+    """Why a packet cannot have begun yet, whose robot waits for another's; empty once the other's report is overdue.
+
+    :param awaited: what the robots of the action that it waits for have reported of it.
+    :param at_s: when it began, as reported.
+    """
+    if now_s - at_s >= HELD_S:
+        return ""
+    said = " and ".join(map(str, awaited))
+    return f"reports {begun.packet} {begun.tag} at {at_s:.1f} s without clearance, but {said}"
 
 
 def doubt_of_progress(work: Work, packet: str, at_s: float, telemetry: Telemetry) -> str:

@@ -16,14 +16,15 @@ from app.domain.events import (
     UpkeepReported,
 )
 from app.domain.world_model import Change, apply_action, reconcile_report, told_by_events
-from app.domain.world_model.beliefs import ROBOT_POSITION
+from app.domain.world_model.beliefs import IN, OBJECT_POSITION, ROBOT_POSITION
 from app.domain.world_model.timeliness import Subject, newer_subjects, without_outdated
 from app.domain.world_model.vocabulary import symbolic
 from app.missions.clearance import action_has_ended
+from app.missions.contradictions import disputed
 from app.store import MissionRow, ScriptRow
 from app.store.facts import WorldFacts, source_of
 from app.workflows.mission_wakeups import wake_missions
-from planner import PlanNet, PlanNetAction
+from planner import Fact, PlanNet, PlanNetAction
 from robots.wire import PacketState, ScriptReport, ScriptState, SymbolicFact, UpkeepReport
 
 STOPPED = (ScriptState.FAILED, ScriptState.CANCELLED)
@@ -68,7 +69,8 @@ class BeliefUpdates:
             touched = after ^ before
             for later in _done_since(net, action_id, scripts):
                 after = apply_action(after, later)
-            change = Change(add=(after - before) & touched, remove=(before - after) & touched)
+            add = _undisputed((after - before) & touched, mission, script)
+            change = Change(add=add, remove=(before - after) & touched)
             self._believe(
                 session,
                 world,
@@ -85,7 +87,9 @@ class BeliefUpdates:
     ) -> None:
         """Apply the percepts of a robot whose script ended early; actions that it had begun have no effects."""
         world = self._facts.read_locked(session, mission.world)
-        change = reconcile_report(world.facts, script.robot, report.perceived, self._knowledge_base)
+        things = disputed(mission, script.plan_id)
+        perceived = [one for one in report.perceived if one.predicate != IN or one.args[0] not in things]
+        change = reconcile_report(world.facts, script.robot, perceived, self._knowledge_base)
         self._believe(
             session,
             world,
@@ -170,6 +174,12 @@ class BeliefUpdates:
         if changed and (corrects or passed_over):
             key = f"facts:{world.version}"
             wake_missions(session, self._workflows, mission.world, key, but=mission.id)
+
+
+def _undisputed(facts: frozenset[Fact], mission: MissionRow, script: ScriptRow) -> frozenset[Fact]:
+    """The facts without those that say where something is of which the plan's robots report contradictorily."""
+    things = disputed(mission, script.plan_id)
+    return frozenset(one for one in facts if one.predicate != OBJECT_POSITION or one.args[0] not in things)
 
 
 def _upkeep_event(

@@ -24,6 +24,37 @@ def action_has_ended(scripts: Iterable[ScriptRow], action: str) -> bool:
     return all(_has_ended_its_part(script, action) for script in scripts if action in packets_of(script))
 
 
+def begun_uncleared(
+    packet_id: str, script: ScriptRow, scripts: Sequence[ScriptRow]
+) -> tuple[str, str] | None:
+    """A packet up to this one, and an action that it waits for and that has not ended; None if there is none.
+
+    A robot that has begun a packet has begun those before it.
+    :param scripts: all of the same plan.
+    """
+    for packet in script.body["packets"]:
+        for action in packet.get("after", ()):
+            if not action_has_ended(scripts, action):
+                return packet["id"], action
+        if packet["id"] == packet_id:
+            return None
+    return None
+
+
+def counterparts(script: ScriptRow, scripts: Sequence[ScriptRow]) -> tuple[str, ...]:
+    """The robots that have not ended what this one waits for.
+
+    :param scripts: all of the same plan.
+    """
+    awaited = {action for packet in script.body["packets"] for action in packet.get("after", ())}
+    return tuple(
+        one.robot
+        for one in scripts
+        if one is not script
+        and any(a in awaited and not _has_ended_its_part(one, a) for a in packets_of(one))
+    )
+
+
 def packets_of(script: ScriptRow) -> list[str]:
     """The ids of the script's packets, in order."""
     return [packet["id"] for packet in script.body["packets"]]

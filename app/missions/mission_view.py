@@ -15,6 +15,8 @@ from app.domain.lifecycles.script import Delivery
 from app.domain.mission_monitor import EXTENSION_S, MissionView, ScriptView
 from app.domain.recovery_rules import Policy
 from app.domain.world_model.vocabulary import symbolic
+from app.missions.clearance import counterparts
+from app.missions.contradictions import recorded
 from app.missions.mission_progress import begun, done
 from app.store import MissionRow, ScriptRow
 from app.store.records import lost_robot_reasons
@@ -67,7 +69,12 @@ class MissionViews:
             asked_for_s=self._asked_for_s(mission, monotonic_s),
             cancel_requested=mission.cancel_requested,
             scripts=[
-                _script(script, silent_in_s=self._silent_in_s(script.robot), is_lost=script.robot in lost)
+                _script(
+                    script,
+                    silent_in_s=self._silent_in_s(script.robot),
+                    is_lost=script.robot in lost,
+                    counterparts=counterparts(script, current) if script.doubt else (),
+                )
                 for script in current
             ],
             missed=missed,
@@ -80,6 +87,7 @@ class MissionViews:
                 script.state == ScriptState.FINISHED for script in scripts if script not in current
             ),
             reason=mission.reason,
+            contradictions=[str(one) for one in recorded(mission) if one.plan_id == mission.plan_id],
             stopped_for=mission.stopped_for,
             deadline_s=mission.deadline_s,
         )
@@ -158,7 +166,9 @@ def _about(packet: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(value for name, value in packet["arguments"].items() if name in THINGS)
 
 
-def _script(script: ScriptRow, *, silent_in_s: float, is_lost: bool) -> ScriptView:
+def _script(
+    script: ScriptRow, *, silent_in_s: float, is_lost: bool, counterparts: tuple[str, ...]
+) -> ScriptView:
     failed = _failed(script)
     return ScriptView(
         robot=script.robot,
@@ -176,4 +186,5 @@ def _script(script: ScriptRow, *, silent_in_s: float, is_lost: bool) -> ScriptVi
         script_id=script.id,
         silent_in_s=silent_in_s,
         doubt=script.doubt,
+        counterparts=counterparts,
     )

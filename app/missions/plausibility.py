@@ -1,11 +1,12 @@
 """Compares robots' reports with what is known of their world: its clock, its places and their telemetry."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from sqlalchemy.orm import Session
 
 from app.agents import RobotBoard
 from app.core import Core
+from app.domain.contradictions import told_of
 from app.domain.lifecycles.script import has_terminated
 from app.domain.plausibility import (
     PLACE_M,
@@ -13,11 +14,14 @@ from app.domain.plausibility import (
     Presence,
     Work,
     doubt_of_finish,
+    doubt_of_order,
     doubt_of_place,
     doubt_of_progress,
     doubt_of_time,
 )
 from app.domain.world_model.beliefs import ROBOT_POSITION
+from app.missions.clearance import begun_uncleared, packets_of
+from app.missions.contradictions import parts_of
 from app.store import ScriptRow
 from robots.clock import Clock
 from robots.wire import (
@@ -58,10 +62,18 @@ class Plausibility:
         self._board = board
         self._worlds = worlds
 
-    def doubt(self, session: Session, message: Message, world: str, script: ScriptRow | None) -> str:
+    def doubt(
+        self,
+        session: Session,
+        message: Message,
+        world: str,
+        script: ScriptRow | None,
+        scripts: Sequence[ScriptRow] = (),
+    ) -> str:
         """Why a robot's report is implausible, perhaps only at present; empty if it is plausible.
 
         :param script: the script that it reports on, locked; None for its upkeep.
+        :param scripts: all of the same plan.
         """
         report = message.body
         if not isinstance(report, Report):
@@ -71,6 +83,12 @@ class Plausibility:
         early = doubt_of_time(report.at_s, now_s=now_s, lag_s=lag_s)
         if early or isinstance(report, StatusReport) or _changes_nothing(report, script):
             return early
+        if script is not None and (packet := _begun(report, script)) is not None:
+            out_of_order = self._doubt_of_order(
+                session, script, scripts, packet, at_s=report.at_s, now_s=now_s
+            )
+            if out_of_order:
+                return out_of_order
         if script is not None and (packet := _finished(report, script)) is not None:
             return self._doubt_of_finish(
                 session, script, packet, world=world, at_s=report.at_s, now_s=now_s, lag_s=lag_s
@@ -85,6 +103,29 @@ class Plausibility:
         early = doubt_of_time(report.at_s, now_s=self._clocks[world].now_s(), lag_s=lag_s)
         seen = SymbolicFact(predicate="in", args=(report.sample, report.place))
         return early or self._doubt_of_percepts(robot, [seen], report.at_s, world=world)
+
+    def _doubt_of_order(
+        self,
+        session: Session,
+        script: ScriptRow,
+        scripts: Sequence[ScriptRow],
+        packet: str,
+        *,
+        at_s: float,
+        now_s: float,
+    ) -> str:
+        pair = begun_uncleared(packet, script, scripts)
+        if pair is None:
+            return ""
+        net = self._plan_nets.of(session, script.plan_id)
+        parts = parts_of(scripts)
+        begun, awaited = pair
+        return doubt_of_order(
+            told_of(net, parts, begun, script.robot),
+            [told_of(net, parts, awaited, robot) for robot in net.action(awaited).agents],
+            at_s=at_s,
+            now_s=now_s,
+        )
 
     def _doubt_of_finish(
         self,
@@ -157,6 +198,13 @@ def _changes_nothing(report: Report, script: ScriptRow | None) -> bool:
         case PacketReport(packet_id=packet) if script is not None:
             return script.packets.get(packet, {}).get("state") in (PacketState.FINISHED, PacketState.FAILED)
     return False
+
+
+def _begun(report: Report, script: ScriptRow) -> str | None:
+    """The packet up to which the robot reports to have begun its script; None if the report is another."""
+    if isinstance(report, PacketReport) and report.state is PacketState.RUNNING:
+        return report.packet_id if report.packet_id in packets_of(script) else None
+    return _finished(report, script)
 
 
 def _finished(report: Report, script: ScriptRow) -> str | None:

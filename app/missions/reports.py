@@ -46,7 +46,8 @@ from app.domain.lifecycles.script import (
 )
 from app.domain.world_model import Reservation
 from app.missions.belief_updates import BeliefUpdates
-from app.missions.clearance import action_has_ended, packets_of, renew_clearances
+from app.missions.clearance import action_has_ended, begun_uncleared, packets_of, renew_clearances
+from app.missions.contradictions import ContradictionRecord
 from app.missions.factsheets import Factsheets
 from app.missions.plausibility import Plausibility
 from app.missions.results import keep_results
@@ -75,6 +76,7 @@ OfScript = Acknowledgement | Refusal | PacketReport | ScriptReport | StatusRepor
 """Reports and answers about a script."""
 MAX_ID = 120
 """The longest key of a recorded message."""
+BEGUN_PACKETS = frozenset({PacketState.RUNNING, PacketState.FINISHED})
 TERMINAL_PACKETS = frozenset({PacketState.FINISHED, PacketState.FAILED})
 
 logger = logging.getLogger(__name__)
@@ -118,6 +120,7 @@ class MissionReports:
         self._events = core.events
         self._reservations = core.reservations
         self._beliefs = BeliefUpdates(core)
+        self._contradictions = ContradictionRecord(core)
         self._waiting = waiting
         self._plausibility = plausibility
         self._changes = changes
@@ -200,7 +203,7 @@ class MissionReports:
         return Reception.RECORDED
 
     def _record_subject(self, session: Session, message: Message, subject: _Subject, world: str) -> Reception:
-        if why := self._plausibility.doubt(session, message, world, subject.script):
+        if why := self._plausibility.doubt(session, message, world, subject.script, subject.scripts):
             self._hold_back(session, message, subject, why)
             return Reception.HELD_BACK
         session.add(_row(message))
@@ -231,7 +234,7 @@ class MissionReports:
             case ScriptReport() as report:
                 self._script_ended(session, report, subject)
             case StatusReport() as report:
-                self._status(session, message, report, subject.script)
+                self._status(session, message, report, subject)
                 reissue_if_diverged(subject.script, subject.mission)
 
     def _answer(self, session: Session, message: Message, subject: _Subject, *, refusal: str | None) -> None:
@@ -310,6 +313,8 @@ class MissionReports:
             self._note_start(session, mission, report.at_s)
         if told := _told_by(report, script):
             self._beliefs.note_events(session, told, at_s=report.at_s, script=script, mission=mission)
+        if subject.is_current and report.state in BEGUN_PACKETS:
+            self._contradictions.note(session, mission, subject.scripts)
         if report.state is PacketState.FINISHED:
             self._actions_ended(session, [report.packet_id], report.at_s, subject)
             learn(session, mission.world, script, report.packet_id, known)
@@ -366,6 +371,8 @@ class MissionReports:
         )
         if report.state is ScriptState.FINISHED:
             unreported = _finish_packets(script, report.at_s)
+            if subject.is_current:
+                self._contradictions.note(session, subject.mission, subject.scripts)
             self._actions_ended(session, unreported, report.at_s, subject)
         else:
             self._beliefs.reconcile(session, report, script, subject.mission)
@@ -381,7 +388,8 @@ class MissionReports:
             ),
         )
 
-    def _status(self, session: Session, message: Message, report: StatusReport, script: ScriptRow) -> None:
+    def _status(self, session: Session, message: Message, report: StatusReport, subject: _Subject) -> None:
+        script = subject.script
         note_answer(script, message.in_reply_to)
         script.orders = max(script.orders, report.order)
         if has_terminated(script) or script.delivery == Delivery.REFUSED:
@@ -391,7 +399,8 @@ class MissionReports:
         elif report.state not in TERMINAL_SCRIPTS:
             # A terminal state is recorded by the script's own report, which has the percepts.
             hear(script, report.state, report.at_s)
-            settle_doubt(script)
+            if not _stands_by(report, subject):
+                settle_doubt(script)
         _note_waiting(script, report)
         self._events.append(
             session,
@@ -457,7 +466,7 @@ def _told_by(report: PacketReport, script: ScriptRow) -> list[SymbolicFact]:
 
 def _finish_packets(script: ScriptRow, at_s: float) -> list[str]:
     """Record that every packet of a finished script has finished; returns those whose reports have not arrived."""
-    told = {"state": PacketState.FINISHED.value, "at_s": at_s, "finished_at_s": at_s}
+    told = {"state": PacketState.FINISHED.value, "at_s": at_s, "finished_at_s": at_s, "implied": True}
     packets = dict(script.packets)
     unreported = [
         packet
@@ -468,6 +477,16 @@ def _finish_packets(script: ScriptRow, at_s: float) -> list[str]:
         packets[packet] = {**packets.get(packet, {}), **told}
     script.packets = packets
     return unreported
+
+
+def _stands_by(report: StatusReport, subject: _Subject) -> bool:
+    """True if the robot repeats in its status that it has begun what it is not cleared for."""
+    has_begun = report.packet_id is not None and report.packet_state in (*BEGUN_PACKETS, PacketState.PAUSED)
+    return (
+        has_begun
+        and report.packet_id is not None
+        and begun_uncleared(report.packet_id, subject.script, subject.scripts) is not None
+    )
 
 
 def _note_waiting(script: ScriptRow, report: StatusReport) -> None:

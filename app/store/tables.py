@@ -334,7 +334,8 @@ class MissionRow(Base):
     `plan_id` is its current plan, `revision` counts its plans and `revised_at_s` is when it got the current one, if not
     the first. `recovery` is the recovery policy, `recovery_step` the current step, `tries_left` the number of tries
     left, `attempts` the recovery attempts with their outcomes; `stopped_for`: why its robots were stopped, in words, if
-    none of them had failed. `workflow` is the id of its current workflow, `results` the number of its results.
+    none of them had failed. `contradictions` in its robots' reports: see `app.domain.contradictions`. `workflow` is the
+    id of its current workflow, `results` the number of its results.
     """
 
     __tablename__ = "missions"
@@ -365,6 +366,7 @@ class MissionRow(Base):
     recovery_step: Mapped[str | None]
     tries_left: Mapped[int] = mapped_column(default=0)
     attempts: Mapped[list[Any]] = mapped_column(default=list)
+    contradictions: Mapped[list[Any]] = mapped_column(default=list, server_default="[]")
     results: Mapped[int] = mapped_column(default=0, server_default="0")
     created_at: Mapped[str] = mapped_column(default=utc_now)
 
