@@ -11,6 +11,8 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 from robots.kernels import VARIABLE
@@ -34,8 +36,13 @@ class Group:
 
 
 def compiles() -> bool:
-    """False if this process runs compiled functions as Python."""
-    return os.environ.get(DISABLED, "0") in ("", "0")
+    """False if this process runs compiled functions as Python, as it does where numba is not installed."""
+    return os.environ.get(DISABLED, "0") in ("", "0") and _has_compiler()
+
+
+@cache
+def _has_compiler() -> bool:
+    return find_spec("numba") is not None
 
 
 def run_uncompiled() -> None:

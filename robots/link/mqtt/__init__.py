@@ -7,6 +7,7 @@ are lost, as by radio; both ends repeat what matters, so nothing depends on the 
 from robots.link.mqtt.broker import Broker, BrokerError
 from robots.link.mqtt.fleet import FleetLink
 from robots.link.mqtt.following_clock import FollowingClock
+from robots.link.mqtt.robot import RobotLink
 from robots.link.mqtt.service import ServiceLink
 from robots.link.mqtt.topics import ConnectionState, Presence, WorldAnnouncement
 
@@ -17,6 +18,7 @@ __all__ = [
     "FleetLink",
     "FollowingClock",
     "Presence",
+    "RobotLink",
     "ServiceLink",
     "WorldAnnouncement",
 ]

@@ -8,22 +8,18 @@ from pydantic import ValidationError
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
+from robots.link.mqtt.robot_sessions import presence, put_order, robot_publication, robot_session
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
     ANNOUNCE_INTERVAL_S,
     GREATEST_NUMBER,
     Channel,
     ConnectionState,
-    Presence,
     WorldAnnouncement,
-    channel_of,
-    robot_and_channel,
     robot_topic,
     world_topic,
 )
-from robots.wire import CONTRACT, WORLD, Message, Telemetry
-
-QUEUED_A_ROBOT = 100
+from robots.wire import CONTRACT, WORLD, Message
 
 
 class FleetLink:
@@ -90,7 +86,7 @@ class FleetLink:
         for session in new.values():
             self._reactor.add(session)
         for robot, session in gone.items():
-            session.publish(self._presence(robot, ConnectionState.OFFLINE))
+            session.publish(presence(self._world, robot, ConnectionState.OFFLINE))
             forgotten = robot_topic(self._world, robot, Channel.FACTSHEET)
             session.publish(Publication(topic=forgotten, payload=b"", retain=True))
             self._reactor.remove(session)
@@ -136,17 +132,7 @@ class FleetLink:
         """Send as the robot that is the message's sender. Dropped while the broker is unreachable."""
         if message.sender not in self._robots:
             return  # it was removed, or is about to be served: what matters is repeated
-        channel = channel_of(message)
-        content = message.body if isinstance(message.body, Telemetry) else message
-        self._robots[message.sender].publish(
-            Publication(
-                topic=robot_topic(self._world, message.sender, channel),
-                payload=content.model_dump_json(exclude_defaults=content is not message).encode(),
-                qos=channel.qos,
-                retain=channel is Channel.FACTSHEET,
-                run="" if channel is Channel.VISUALIZATION else self._run,
-            )
-        )
+        self._robots[message.sender].publish(robot_publication(self._world, message, self._run))
 
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
         return self._inbox.take(timeout_s)
@@ -160,22 +146,11 @@ class FleetLink:
     def _announce_offline(self) -> None:
         for robot, session in self._robots.items():
             if robot != WORLD:
-                session.publish(self._presence(robot, ConnectionState.OFFLINE))
+                session.publish(presence(self._world, robot, ConnectionState.OFFLINE))
         self._world_session.publish(self._announcement(ConnectionState.OFFLINE))
 
     def _session(self, broker: Broker, robot: str) -> Session:
-        is_robot = robot != WORLD  # the world says by its announcements whether it is there
-        return Session(
-            broker,
-            f"macta-{self._world}-{robot}",
-            subscriptions=[
-                (robot_topic(self._world, robot, c), c.qos) for c in (Channel.ORDER, Channel.INSTANT_ACTIONS)
-            ],
-            will=self._presence(robot, ConnectionState.CONNECTION_BROKEN) if is_robot else None,
-            on_connected=lambda: self._presence(robot, ConnectionState.ONLINE) if is_robot else None,
-            on_arrival=self._receive,
-            queued=QUEUED_A_ROBOT,
-        )
+        return robot_session(self._world, robot, broker, self._receive, is_robot=robot != WORLD)
 
     def _compare(self, publication: Publication) -> None:
         """Number this fleet after its predecessor; retire if a successor drives the world.
@@ -208,20 +183,7 @@ class FleetLink:
                 session.retired = True
 
     def _receive(self, publication: Publication) -> None:
-        try:
-            message = Message.model_validate_json(publication.payload)
-        except ValidationError as error:
-            self._inbox.reject(publication.topic, error)
-            return
-        addressed = robot_and_channel(publication.topic)
-        if addressed is None or addressed[0] != message.receiver:
-            self._inbox.reject(publication.topic, f"it is for {message.receiver}")
-        elif publication.run == self._run:
-            self._inbox.put(message)
-
-    def _presence(self, robot: str, state: ConnectionState) -> Publication:
-        topic = robot_topic(self._world, robot, Channel.CONNECTION)
-        return Publication(topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True)
+        put_order(publication, self._inbox, self._run)
 
     def _announcement(self, state: ConnectionState, qos: int = 1) -> Publication:
         announcement = WorldAnnouncement(

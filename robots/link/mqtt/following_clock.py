@@ -1,18 +1,22 @@
-"""A world's clock as seen by the service: the fleet's last announcement, and the wall clock since."""
+"""A world's clock as others than its fleet see it: the last announcement, and the wall clock since."""
 
 import threading
 import time
 from collections.abc import Callable
 
 EXTRAPOLATED_S = 3.0
-"""Wall-clock seconds for which the clock runs on after the last announcement."""
+"""Wall-clock seconds for which the service's clock runs on after the last announcement."""
 
 
 class FollowingClock:
     """Implements `robots.clock.Clock`. Never goes back within a run; stops without a fleet. Thread-safe."""
 
-    def __init__(self, wall_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, wall_s: Callable[[], float] = time.monotonic, *, extrapolated_s: float = EXTRAPOLATED_S
+    ) -> None:
+        """:param extrapolated_s: wall-clock seconds for which it runs on after the last announcement."""
         self._wall_s = wall_s
+        self._extrapolated_s = extrapolated_s
         self._lock = threading.Lock()
         self._run = ""
         self._announced_s = 0.0
@@ -30,7 +34,7 @@ class FollowingClock:
     def is_running(self) -> bool:
         """True while a connected fleet announces the world's time."""
         with self._lock:
-            return self._running and self._wall_s() - self._announced_wall_s < EXTRAPOLATED_S
+            return self._running and self._wall_s() - self._announced_wall_s < self._extrapolated_s
 
     def set(self, run: str, time_s: float, rate: float | None, *, running: bool) -> None:
         """Note an announcement. `running`: the fleet is connected; otherwise the clock stops at this time."""
@@ -56,5 +60,5 @@ class FollowingClock:
             return self._latest_s
 
     def _estimate_s(self) -> float:
-        since_s = min(self._wall_s() - self._announced_wall_s, EXTRAPOLATED_S) if self._running else 0.0
+        since_s = min(self._wall_s() - self._announced_wall_s, self._extrapolated_s) if self._running else 0.0
         return max(self._latest_s, self._announced_s + since_s * (self._rate or 0.0))

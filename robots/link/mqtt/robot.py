@@ -1,0 +1,108 @@
+"""The end of robots that do not drive their world: its fleet, or the service, announces run and time."""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+
+from pydantic import ValidationError
+
+from robots.link.mqtt.broker import Broker
+from robots.link.mqtt.following_clock import FollowingClock
+from robots.link.mqtt.inbox import Inbox
+from robots.link.mqtt.reactor import Reactor
+from robots.link.mqtt.robot_sessions import presence, put_order, robot_publication, robot_session
+from robots.link.mqtt.session import Publication, Session
+from robots.link.mqtt.topics import ConnectionState, WorldAnnouncement, world_topic
+from robots.wire import Message
+
+
+class RobotLink:
+    """One end for robots with software of their own; implements `robots.link.channel.Link`. `start` before use.
+
+    Only messages of the announced run pass, in both directions. The robot asks for `run` before each tick: another one
+    means that the world was started again and that what it was told before is void.
+    """
+
+    def __init__(
+        self,
+        world: str,
+        robots: Iterable[str],
+        broker: Broker,
+        *,
+        wall_s: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """:param robots: those that this process speaks for; each has a client with its own last will."""
+        self._world = world
+        self.clock = FollowingClock(wall_s, extrapolated_s=float("inf"))
+        """It runs on in radio silence: what was begun goes on, and its time limits hold."""
+        self._run: str | None = None
+        self._inbox = Inbox()
+        self._robots = {robot: robot_session(world, robot, broker, self._receive) for robot in robots}
+        if not self._robots:
+            raise ValueError("a robot's end of the link needs the name of at least one robot")
+        names = "-".join(sorted(self._robots))
+        self._listener = Session(
+            broker,
+            f"macta-{world}-{names}-follower"[:200],
+            subscriptions=[(world_topic(world), 1)],
+            on_arrival=self._follow,
+        )
+        self._reactor = Reactor([self._listener, *self._robots.values()], broker=str(broker), wall_s=wall_s)
+
+    def start(self) -> None:
+        self._reactor.start()
+
+    @property
+    def run(self) -> str | None:
+        """The run of the world that was last announced; None before the first announcement."""
+        return self._run
+
+    @property
+    def connected(self) -> bool:
+        """True while every client is connected."""
+        return self._listener.connected and all(session.connected for session in self._robots.values())
+
+    @property
+    def complaint(self) -> str:
+        """Why a client is not connected, in words; empty if no failure is known."""
+        return self._reactor.complaint
+
+    @property
+    def refused(self) -> bool:
+        """True if the broker is reachable but refuses a client."""
+        return self._reactor.refused
+
+    @property
+    def malformed(self) -> int:
+        return self._inbox.malformed
+
+    def send(self, message: Message) -> None:
+        """Send as the robot that is the message's sender. Dropped while the broker is unreachable, or without a run."""
+        if self._run is not None:
+            self._robots[message.sender].publish(robot_publication(self._world, message, self._run))
+
+    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
+        return self._inbox.take(timeout_s)
+
+    def close(self) -> None:
+        """Announce the robots as offline, and disconnect."""
+        for robot, session in self._robots.items():
+            session.publish(presence(self._world, robot, ConnectionState.OFFLINE))
+        self._reactor.close()
+
+    def _receive(self, publication: Publication) -> None:
+        put_order(publication, self._inbox, self._run)
+
+    def _follow(self, publication: Publication) -> None:
+        try:
+            announced = WorldAnnouncement.model_validate_json(publication.payload)
+        except ValidationError as error:
+            self._inbox.reject(publication.topic, error)
+            return
+        is_online = announced.state is ConnectionState.ONLINE
+        if not is_online and announced.run == self._run:
+            return
+        running = is_online and not publication.retain
+        self.clock.set(announced.run, announced.time_s, announced.rate, running=running)
+        if announced.run != self._run:
+            self._inbox.take(0.0)  # of the run before
+            self._run = announced.run

@@ -1,0 +1,74 @@
+"""A robot's client: what it subscribes to, its presence and last will, and how its messages are published."""
+
+from collections.abc import Callable
+
+from pydantic import ValidationError
+
+from robots.link.mqtt.broker import Broker
+from robots.link.mqtt.inbox import Inbox
+from robots.link.mqtt.session import Publication, Session
+from robots.link.mqtt.topics import (
+    Channel,
+    ConnectionState,
+    Presence,
+    channel_of,
+    robot_and_channel,
+    robot_topic,
+)
+from robots.wire import Message, Telemetry
+
+QUEUED_A_ROBOT = 100
+
+
+def robot_session(
+    world: str,
+    robot: str,
+    broker: Broker,
+    on_arrival: Callable[[Publication], None],
+    *,
+    is_robot: bool = True,
+) -> Session:
+    """:param is_robot: False for the world itself, which says by its announcements whether it is there."""
+    return Session(
+        broker,
+        f"macta-{world}-{robot}",
+        subscriptions=[
+            (robot_topic(world, robot, c), c.qos) for c in (Channel.ORDER, Channel.INSTANT_ACTIONS)
+        ],
+        will=presence(world, robot, ConnectionState.CONNECTION_BROKEN) if is_robot else None,
+        on_connected=lambda: presence(world, robot, ConnectionState.ONLINE) if is_robot else None,
+        on_arrival=on_arrival,
+        queued=QUEUED_A_ROBOT,
+    )
+
+
+def presence(world: str, robot: str, state: ConnectionState) -> Publication:
+    topic = robot_topic(world, robot, Channel.CONNECTION)
+    return Publication(topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True)
+
+
+def robot_publication(world: str, message: Message, run: str) -> Publication:
+    """A robot's message, of this run of the world; telemetry goes without the envelope, and is of any run."""
+    channel = channel_of(message)
+    content = message.body if isinstance(message.body, Telemetry) else message
+    return Publication(
+        topic=robot_topic(world, message.sender, channel),
+        payload=content.model_dump_json(exclude_defaults=content is not message).encode(),
+        qos=channel.qos,
+        retain=channel is Channel.FACTSHEET,
+        run="" if channel is Channel.VISUALIZATION else run,
+    )
+
+
+def put_order(publication: Publication, inbox: Inbox, run: str | None) -> None:
+    """Put a message to a robot into the inbox, if it is one, for the robot that the topic names, and of this run."""
+    try:
+        message = Message.model_validate_json(publication.payload)
+    except ValidationError as error:
+        inbox.reject(publication.topic, error)
+        return
+    addressed = robot_and_channel(publication.topic)
+    if addressed is None or addressed[0] != message.receiver:
+        inbox.reject(publication.topic, f"it is for {message.receiver}")
+    elif run is not None and publication.run == run:
+        inbox.put(message)
