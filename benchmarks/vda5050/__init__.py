@@ -1,0 +1,1 @@
+"""Faults on the VDA 5050 link: losses, repetitions, delays, restarts, against a vehicle in the same process."""

@@ -1,0 +1,92 @@
+"""Messages to and from bytes: headers, numbers and timestamps on the way out, both versions' forms either way."""
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from datetime import UTC, datetime
+from typing import Any
+
+from pydantic import ValidationError
+
+from robots.adapters.vda5050.messages import (
+    Connection,
+    Headed,
+    InstantActions,
+    Order,
+    State,
+    VehicleFactsheet,
+    Visualization,
+    json_of,
+)
+from robots.adapters.vda5050.topics import Topic, VehicleId
+from robots.adapters.vda5050.version2 import from_version2, to_version2
+from robots.errors import RobotError
+
+MAX_BYTES = 1024 * 1024
+TYPES: dict[Topic, type[Headed]] = {
+    Topic.ORDER: Order,
+    Topic.INSTANT_ACTIONS: InstantActions,
+    Topic.STATE: State,
+    Topic.VISUALIZATION: Visualization,
+    Topic.CONNECTION: Connection,
+    Topic.FACTSHEET: VehicleFactsheet,
+}
+
+
+class MessageError(RobotError):
+    """Raised when what has arrived is no message of its topic; says what is wrong with it."""
+
+
+def utc_now() -> datetime:
+    return datetime.now(UTC)
+
+
+class Encoder:
+    """Fills in headers: a number for each topic of each vehicle, counted from 0 (§7.2)."""
+
+    def __init__(self, now: Callable[[], datetime] = utc_now) -> None:
+        self._now = now
+        self._numbers: Counter[tuple[VehicleId, Topic]] = Counter()
+
+    def encode(self, vehicle: VehicleId, topic: Topic, message: Headed) -> bytes:
+        """The message as the vehicle's version of the standard has it."""
+        number = self._numbers[vehicle, topic]
+        self._numbers[vehicle, topic] += 1
+        header = {
+            "header_id": number,
+            "timestamp": timestamp(self._now()),
+            "version": vehicle.version,
+            "manufacturer": vehicle.manufacturer,
+            "serial_number": vehicle.serial_number,
+        }
+        data = json_of(message.model_copy(update=header))
+        if vehicle.major == 2:
+            data = to_version2(topic, data)
+        return json.dumps(data, separators=(",", ":")).encode()
+
+
+def timestamp(at: datetime) -> str:
+    """ISO 8601 in UTC, with milliseconds: `1991-03-11T11:40:03.123Z`."""
+    return f"{at.astimezone(UTC):%Y-%m-%dT%H:%M:%S}.{at.microsecond // 1000:03d}Z"
+
+
+def decode(vehicle: VehicleId, topic: Topic, payload: bytes) -> Headed:
+    """What has arrived on a vehicle's topic.
+
+    :raises MessageError: if it is no such message.
+    """
+    if len(payload) > MAX_BYTES:
+        raise MessageError(f"{len(payload)} bytes; at most {MAX_BYTES} are taken")
+    try:
+        data: Any = json.loads(payload)
+    except ValueError as error:
+        raise MessageError(f"not JSON: {error}") from error
+    if not isinstance(data, dict):
+        raise MessageError("not a JSON object")
+    if vehicle.major == 2:
+        data = from_version2(topic, data)
+    try:
+        return TYPES[topic].model_validate(data)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        raise MessageError(f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}") from error
