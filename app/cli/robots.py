@@ -1,6 +1,7 @@
 """`macta robot`: the contract between the service and robots."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -19,20 +20,23 @@ commands.command()(enrolment.enrolled)
 @commands.command()
 def contract(
     schemas: Annotated[
-        Path | None, typer.Option(help="Folder to write a JSON Schema of each message to.")
+        Path | None, typer.Option(help="Folder to write a JSON Schema of each message to, besides.")
     ] = None,
 ) -> None:
-    """Print the contract between the service and robots as JSON Schemas."""
-    from robots.link.mqtt.contract import schemas as made
+    """Print the contract between the service and robots, as an AsyncAPI document."""
+    from robots.link.mqtt.contract import asyncapi_text
+    from robots.link.mqtt.contract import schemas as all_schemas
 
     with reported_errors():
-        texts = {name: json.dumps(schema, indent=2) + "\n" for name, schema in made().items()}
-        if schemas is None:
-            typer.echo(json.dumps(made(), indent=2))
-            return
-        try:
-            schemas.mkdir(parents=True, exist_ok=True)
-            for name, text in texts.items():
-                (schemas / f"{name}.json").write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise Invalid(f"--schemas: {schemas} cannot be written: {error.strerror}") from error
+        if schemas is not None:
+            _write(schemas, {name: json.dumps(one, indent=2) for name, one in all_schemas().items()})
+        typer.echo(asyncapi_text(), nl=False)
+
+
+def _write(folder: Path, texts: Mapping[str, str]) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise Invalid(f"--schemas: {folder} cannot be written: {error.strerror}") from error
