@@ -19,7 +19,10 @@ from tests.robots.link.mqtt.contract_changes import breaking_changes
 
 DOCUMENTS = Path(__file__).parents[4] / "docs" / "contract"
 WRITE = "macta robot contract --schemas docs/contract/schemas > docs/contract/asyncapi.yaml"
-RELEASED = json.loads((DOCUMENTS / "released" / f"{CONTRACT.partition('.')[0]}.0.json").read_text())
+RELEASED = {
+    path.stem: json.loads(path.read_text())
+    for path in (DOCUMENTS / "released" / f"{CONTRACT.partition('.')[0]}.0").iterdir()
+}
 """The schemas of this major version's first minor version."""
 
 
