@@ -18,9 +18,11 @@ CLOCKS_S = 1.5
 HELD_S = 30.0
 """World seconds for which a report is held back until the one that it contradicts without has come (our choice)."""
 
+BEGUN = frozenset(PacketState) - {PacketState.WAITING, PacketState.INITIALIZING}
+
 Parts = Mapping[tuple[str, str], Mapping[str, Any]]
-"""By action id and robot, what is recorded of the robot's part: `state`, `at_s`, `started_at_s`, `finished_at_s`, and
-`implied` if its end follows from the end of its script alone."""
+"""By action id and robot, what is recorded of the robot's part: `state`, `at_s`, `started_at_s`, `finished_at_s`;
+`claimed_at_s`: when it said that it had begun without clearance; `implied`: its end follows from that of its script."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,10 +118,11 @@ def _contradicting(net: PlanNet, ordering: Ordering, parts: Parts) -> Iterator[t
     doers = net.action(ordering.before).agents
     for robot in net.action(ordering.after).agents:
         known = parts.get((ordering.after, robot), {})
-        begun_s = known.get("started_at_s", known.get("finished_at_s"))
-        if begun_s is None:
+        said = [known[name] for name in ("claimed_at_s", "started_at_s", "finished_at_s") if name in known]
+        if not said or known["state"] not in BEGUN:
             continue
-        state = PacketState.RUNNING if "started_at_s" in known else PacketState.FINISHED
+        begun_s = min(said)
+        state = PacketState.FINISHED if begun_s == known.get("finished_at_s") else PacketState.RUNNING
         later = Told(robot=robot, packet=ordering.after, tag=tag, state=state, at_s=begun_s)
         for other in doers:
             if other != robot and _is_too_early(net, ordering, other, begun_s, parts):
@@ -128,13 +131,13 @@ def _contradicting(net: PlanNet, ordering: Ordering, parts: Parts) -> Iterator[t
 
 def _is_too_early(net: PlanNet, ordering: Ordering, other: str, begun_s: float, parts: Parts) -> bool:
     """True if the other robot's part cannot have come before what began then."""
-    if ordering.kept_by is Keeping.SENSING:
+    known = parts.get((ordering.before, other), {})
+    if ordering.kept_by is Keeping.SENSING or known.get("implied", False):
         least_s = _least_begin_s(net, ordering.before, other, parts)
         return least_s is not None and least_s - begun_s > CLOCKS_S
-    known = parts.get((ordering.before, other), {})
     if known.get("state") != PacketState.FINISHED:
         return True
-    return not known.get("implied", False) and known["finished_at_s"] - begun_s > CLOCKS_S
+    return bool(known["finished_at_s"] - begun_s > CLOCKS_S)
 
 
 def _least_begin_s(net: PlanNet, action: str, robot: str, parts: Parts) -> float | None:

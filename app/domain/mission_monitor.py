@@ -35,6 +35,8 @@ class ScriptView:
     :param waited: the failed packet never began: it waited for another robot.
     :param silent_in_s: least world seconds until the robot's silence is longer than its radio explains; 0 once it is.
     :param doubt: why the robot's report was held back as implausible; empty if none was.
+    :param unheard_s: world seconds for which reports may still come that show whether others were waited for; 0 if
+        none is missing.
     :param counterparts: robots whose reports it waits for and that have not come.
     """
 
@@ -54,6 +56,7 @@ class ScriptView:
     silent_in_s: float = inf
     doubt: str = ""
     counterparts: tuple[str, ...] = ()
+    unheard_s: float = 0.0
 
     @property
     def is_silent(self) -> bool:
@@ -224,6 +227,12 @@ def _conclusion(view: MissionView) -> Verdict:
     if view.cancel_requested and unfinished:
         return cancelled(came_true=not view.missed)
     if not view.missed and not view.contradictions:
+        if unheard := [script for script in view.scripts if script.unheard_s > 0]:
+            return Verdict(
+                state=view.state,
+                wait_s=max(script.unheard_s for script in unheard),
+                reason=f"waiting for reports of {', '.join(script.robot for script in unheard)}",
+            )
         # NOTE: also if a robot failed, when all goals are true.
         return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
     category = category_of(view.troubles)

@@ -13,7 +13,7 @@ from app.domain.events import ScriptCleared
 from app.domain.lifecycles.script import DELIVERABLE, has_failed, has_terminated
 from app.store import MissionRow, ScriptRow
 from app.store.event_log import EventLog
-from robots.wire import PacketState, ScriptState
+from robots.wire import PacketReport, PacketState, ScriptReport, ScriptState
 
 
 def action_has_ended(scripts: Iterable[ScriptRow], action: str) -> bool:
@@ -53,6 +53,24 @@ def counterparts(script: ScriptRow, scripts: Sequence[ScriptRow]) -> tuple[str, 
         if one is not script
         and any(a in awaited and not _has_ended_its_part(one, a) for a in packets_of(one))
     )
+
+
+def begun_by(report: object, script: ScriptRow) -> str | None:
+    """The packet up to which the robot reports to have begun its script; None if the report is another."""
+    if isinstance(report, PacketReport) and report.state is PacketState.RUNNING:
+        return report.packet_id if report.packet_id in packets_of(script) else None
+    return finished_by(report, script)
+
+
+def finished_by(report: object, script: ScriptRow) -> str | None:
+    """The packet up to which the robot reports to have finished its script; None if the report is another."""
+    packets = packets_of(script)
+    match report:
+        case PacketReport(state=PacketState.FINISHED, packet_id=packet):
+            return packet if packet in packets else None
+        case ScriptReport(state=ScriptState.FINISHED):
+            return packets[-1]
+    return None
 
 
 def packets_of(script: ScriptRow) -> list[str]:

@@ -10,8 +10,9 @@ from app.domain.events import ContradictingReport, ReportsContradict
 from app.domain.lifecycles.mission import MissionState
 from app.domain.world_model import belief_change
 from app.domain.world_model.beliefs import OBJECT_POSITION
-from app.missions.clearance import packets_of
+from app.missions.clearance import begun_by, begun_uncleared, packets_of
 from app.store import MissionRow, ScriptRow
+from robots.wire import PacketReport, PacketState, ScriptReport
 
 
 class ContradictionRecord:
@@ -53,6 +54,20 @@ class ContradictionRecord:
             at_s=max(told.at_s for told in one.reports if told.at_s is not None),
             corrects=True,
         )
+
+
+def note_claim(report: object, script: ScriptRow, scripts: Sequence[ScriptRow]) -> None:
+    """Keep when a robot says to have begun what it is not cleared for, though its report is held back.
+
+    :param scripts: all of the same plan.
+    """
+    packet = begun_by(report, script)
+    pair = None if packet is None else begun_uncleared(packet, script, scripts)
+    if pair is None or not isinstance(report, PacketReport | ScriptReport):
+        return
+    known = script.packets.get(pair[0], {"state": PacketState.WAITING.value})
+    said_s = min(known.get("claimed_at_s", report.at_s), report.at_s)
+    script.packets = {**script.packets, pair[0]: {**known, "claimed_at_s": said_s}}
 
 
 def recorded(mission: MissionRow) -> Sequence[Contradiction]:

@@ -1,6 +1,6 @@
 """Reads a mission from the record as the view that the monitor's rules take."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from threading import Lock
 from typing import Any
 
@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.broken_links import broken_links
+from app.domain.contradictions import HELD_S
 from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.recovery import RecoveryStep, why_no_plan
 from app.domain.lifecycles.script import Delivery
@@ -59,6 +60,12 @@ class MissionViews:
         """
         current = [script for script in scripts if script.plan_id == mission.plan_id]
         missed, broken = self._beliefs(session, mission, current)
+        awaited = {
+            action
+            for script in current
+            for packet in script.body["packets"]
+            for action in packet.get("after", ())
+        }
         any_lost = any(script.abandoned for script in current)
         lost = lost_robot_reasons(session, mission.world) if any_lost else {}
         return MissionView(
@@ -74,6 +81,7 @@ class MissionViews:
                     silent_in_s=self._silent_in_s(script.robot),
                     is_lost=script.robot in lost,
                     counterparts=counterparts(script, current) if script.doubt else (),
+                    unheard_s=_unheard_s(script, awaited, now_s),
                 )
                 for script in current
             ],
@@ -166,8 +174,25 @@ def _about(packet: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(value for name, value in packet["arguments"].items() if name in THINGS)
 
 
+def _unheard_s(script: ScriptRow, awaited: Collection[str], now_s: float) -> float:
+    """World seconds for which reports of a finished script may still come: when packets began that waited for
+    clearance, and when those ended that others waited for.
+
+    :param awaited: those actions.
+    """
+    if script.state != ScriptState.FINISHED or script.heard_at_s is None:
+        return 0.0
+    has_all = all(
+        ("started_at_s" in known or not packet.get("after"))
+        and not (packet["id"] in awaited and known.get("implied", False))
+        for packet in script.body["packets"]
+        if (known := script.packets.get(packet["id"], {})) is not None
+    )
+    return 0.0 if has_all else max(0.0, script.heard_at_s + HELD_S - now_s)
+
+
 def _script(
-    script: ScriptRow, *, silent_in_s: float, is_lost: bool, counterparts: tuple[str, ...]
+    script: ScriptRow, *, silent_in_s: float, is_lost: bool, counterparts: tuple[str, ...], unheard_s: float
 ) -> ScriptView:
     failed = _failed(script)
     return ScriptView(
@@ -187,4 +212,5 @@ def _script(
         silent_in_s=silent_in_s,
         doubt=script.doubt,
         counterparts=counterparts,
+        unheard_s=unheard_s,
     )

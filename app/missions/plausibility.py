@@ -20,7 +20,7 @@ from app.domain.plausibility import (
     doubt_of_time,
 )
 from app.domain.world_model.beliefs import ROBOT_POSITION
-from app.missions.clearance import begun_uncleared, packets_of
+from app.missions.clearance import begun_by, begun_uncleared, finished_by
 from app.missions.contradictions import parts_of
 from app.store import ScriptRow
 from robots.clock import Clock
@@ -30,7 +30,6 @@ from robots.wire import (
     PacketState,
     SampleReport,
     ScriptReport,
-    ScriptState,
     StatusReport,
     SymbolicFact,
     UpkeepReport,
@@ -83,13 +82,13 @@ class Plausibility:
         early = doubt_of_time(report.at_s, now_s=now_s, lag_s=lag_s)
         if early or isinstance(report, StatusReport) or _changes_nothing(report, script):
             return early
-        if script is not None and (packet := _begun(report, script)) is not None:
+        if script is not None and (packet := begun_by(report, script)) is not None:
             out_of_order = self._doubt_of_order(
                 session, script, scripts, packet, at_s=report.at_s, now_s=now_s
             )
             if out_of_order:
                 return out_of_order
-        if script is not None and (packet := _finished(report, script)) is not None:
+        if script is not None and (packet := finished_by(report, script)) is not None:
             return self._doubt_of_finish(
                 session, script, packet, world=world, at_s=report.at_s, now_s=now_s, lag_s=lag_s
             )
@@ -198,24 +197,6 @@ def _changes_nothing(report: Report, script: ScriptRow | None) -> bool:
         case PacketReport(packet_id=packet) if script is not None:
             return script.packets.get(packet, {}).get("state") in (PacketState.FINISHED, PacketState.FAILED)
     return False
-
-
-def _begun(report: Report, script: ScriptRow) -> str | None:
-    """The packet up to which the robot reports to have begun its script; None if the report is another."""
-    if isinstance(report, PacketReport) and report.state is PacketState.RUNNING:
-        return report.packet_id if report.packet_id in packets_of(script) else None
-    return _finished(report, script)
-
-
-def _finished(report: Report, script: ScriptRow) -> str | None:
-    """The packet up to which the robot reports to have finished its script; None if the report is another."""
-    packets = script.body["packets"]
-    match report:
-        case PacketReport(state=PacketState.FINISHED, packet_id=packet):
-            return packet if any(one["id"] == packet for one in packets) else None
-        case ScriptReport(state=ScriptState.FINISHED):
-            return str(packets[-1]["id"])
-    return None
 
 
 def _work(script: ScriptRow) -> Work:

@@ -47,7 +47,7 @@ from app.domain.lifecycles.script import (
 from app.domain.world_model import Reservation
 from app.missions.belief_updates import BeliefUpdates
 from app.missions.clearance import action_has_ended, begun_uncleared, packets_of, renew_clearances
-from app.missions.contradictions import ContradictionRecord
+from app.missions.contradictions import ContradictionRecord, note_claim
 from app.missions.factsheets import Factsheets
 from app.missions.plausibility import Plausibility
 from app.missions.results import keep_results
@@ -212,6 +212,7 @@ class MissionReports:
 
     def _hold_back(self, session: Session, message: Message, subject: _Subject, why: str) -> None:
         """Note an implausible report, and wake its mission to query the robot."""
+        note_claim(message.body, subject.script, subject.scripts)
         is_open = subject.is_current and not has_ended(subject.mission)
         if is_open and doubt(subject.script, why):
             logger.warning("report held back as implausible: %s %s", message.sender, why)
@@ -300,7 +301,8 @@ class MissionReports:
         keep_results(session, self._core, report, script, mission)
         known = dict(script.packets.get(report.packet_id, {}))
         if known.get("state") in TERMINAL_PACKETS or report.at_s < known.get("at_s", 0.0):
-            return  # a later report has arrived before it
+            self._overtaken(session, report, subject)
+            return
         known |= {"state": report.state.value, "at_s": report.at_s, "detail": report.detail}
         if report.state is PacketState.RUNNING:
             known.setdefault("started_at_s", report.at_s)
@@ -330,6 +332,19 @@ class MissionReports:
                 detail=report.detail,
             ),
         )
+
+    def _overtaken(self, session: Session, report: PacketReport, subject: _Subject) -> None:
+        """A later report has arrived before this one, which tells only when the packet began or really ended."""
+        known = dict(subject.script.packets[report.packet_id])
+        if report.state is PacketState.RUNNING:
+            known.setdefault("started_at_s", report.at_s)
+        elif report.state is PacketState.FINISHED and known.pop("implied", False):
+            known["finished_at_s"] = report.at_s
+        else:
+            return
+        subject.script.packets = {**subject.script.packets, report.packet_id: known}
+        if subject.is_current and not has_ended(subject.mission):
+            self._contradictions.note(session, subject.mission, subject.scripts)
 
     def _note_start(self, session: Session, mission: MissionRow, at_s: float) -> None:
         """The first report of work starts the mission's expected time."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 
 from app.domain.world_model import Facts, initial_facts, objects_of, planning_problem
+from app.domain.world_model.senses import restricted_senses
 from app.domain.world_model.vocabulary import planner_fact
 from planner import Fact, KnowledgeBase, PlanNet, keep_in_step, load_knowledge_base
 from planner.plan_nets.assembly import assemble
@@ -50,7 +51,8 @@ class Store:
             for tag, arguments in steps
         ]
         plan_net = assemble(extract(sequence, problem.facts, wanted), wanted, self.base, {})
-        return keep_in_step(plan_net, problem.facts, problem.objects, self.base)
+        senses = restricted_senses(self.world, self.base)
+        return keep_in_step(plan_net, problem.facts, problem.objects, self.base, senses)
 
     def carry(
         self, robot: str, sample: str, start: str, end: str, *, came_from: str | None = None

@@ -12,6 +12,7 @@ from app.agents import RobotBoard
 from app.agents.agent_models import Reception
 from app.core import Core
 from app.domain.mission_organiser import Library, Margin, load_library
+from app.domain.world_model.senses import restricted_senses
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.factsheets import Factsheets
 from app.missions.life import MissionLife, WorldTime
@@ -139,7 +140,12 @@ class MissionServices:
         )
         self.life = MissionLife(
             self.core,
-            dispatcher=ScriptDispatcher(self.core, library=library, repertoires={WORLD: store.repertoires}),
+            dispatcher=ScriptDispatcher(
+                self.core,
+                library=library,
+                repertoires={WORLD: store.repertoires},
+                senses={WORLD: restricted_senses(store.world, store.base)},
+            ),
             times={WORLD: WorldTime(clock=clock, rate=lambda: None)},
             patience_s=PATIENCE_S,
             recovery=RecoverySteps(events, requests=requests),

@@ -1,0 +1,107 @@
+"""Robots that sense nothing keep in step by clearance, and one that does not wait is found out."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.domain.world_model.edits import ChangeRobot, apply_edits
+from app.store.migrate import migrate
+from robots.clock import ManualClock
+from robots.world import load_world
+from tests.app.missions.mission_services import MissionServices, services
+from tests.app.missions.radioed_fleet import RadioedFleet
+from tests.app.sample_store import Store
+
+PLAIN = Store()
+
+
+def store_with(**senses: tuple[str, ...]) -> Store:
+    edits = [ChangeRobot(name=name, senses=words) for name, words in senses.items()]
+    return Store(apply_edits(load_world("sample_store"), edits, PLAIN.facts, PLAIN.base).world)
+
+
+class Runs:
+    """The main job again and again, each time in a new run of its world."""
+
+    def __init__(self, folder: Path, store: Store) -> None:
+        self.clock = ManualClock()
+        self.clock.advance(1000.0)
+        self.services: MissionServices = services(folder, store=store, clock=self.clock)
+        migrate(self.services.database)
+        self.number = 0
+
+    def fleet(self, seed: int, *, recovery: str = "never", disobedient: tuple[str, ...] = ()) -> RadioedFleet:
+        self.number += 1
+        self.services.start_world(f"run-{self.number}")
+        plan = self.services.plan(f"goal-{self.number}", recovery=recovery)
+        _, self.mission_id = self.services.plans.approve(plan, actor="operator")
+        paces = {"yard_1": (0.6, 1.8), "store_2": (0.3, 1.0)}
+        return RadioedFleet(
+            self.services, self.clock, self.mission_id, seed, disobedient=disobedient, paces=paces
+        )
+
+
+@pytest.fixture
+def runs(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Runs]:
+    made = Runs(tmp_path, store_with(**request.param))
+    yield made
+    made.services.close()
+
+
+def begun_and_ended_s(fleet: RadioedFleet) -> tuple[float, float]:
+    """When store_2 began to dock, and when yard_1 had released what it docks to."""
+    store_2, yard_1 = fleet.robots["store_2"], fleet.robots["yard_1"]
+    assert store_2.script is not None
+    assert yard_1.script is not None
+    dock = next(one.id for one in store_2.script.packets if one.tag == "DOCK")
+    release = next(one.id for one in yard_1.script.packets if one.tag == "RELEASE2")
+    return store_2.began_s.get(dock, float("inf")), yard_1.ended_s.get(release, float("inf"))
+
+
+BLIND = {"store_2": ()}
+ALL_BLIND = {"store_2": (), "yard_1": (), "store_1": (), "yard_2": ()}
+
+
+@pytest.mark.parametrize(
+    ("runs", "seeds"),
+    [(BLIND, range(50)), (ALL_BLIND, range(50, 100)), ({}, range(5))],
+    indirect=["runs"],
+    ids=["store_2 senses nothing", "nobody senses anything", "all sense"],
+)
+def test_a_robot_docks_after_the_other_has_released_whatever_it_senses(runs: Runs, seeds: range) -> None:
+    early = 0
+    for seed in seeds:
+        fleet = runs.fleet(seed)
+        state = fleet.run()
+        begun_s, ended_s = begun_and_ended_s(fleet)
+        early += begun_s < ended_s
+        assert state == "completed", (seed, fleet.reasons)
+        assert runs.services.mission(runs.mission_id).contradictions == []
+        assert not any("contradict" in reason or "clearance, but" in reason for reason in fleet.reasons)
+    print(f"{early} of {len(seeds)} docked before the release had ended")
+    assert early == 0
+
+
+@pytest.mark.parametrize("runs", [BLIND], indirect=True)
+@pytest.mark.parametrize("recovery", ["never", "auto"])
+def test_a_robot_that_docks_uncleared_never_completes_its_mission(runs: Runs, recovery: str) -> None:
+    early = noticed = 0
+    for seed in range(12):
+        fleet = runs.fleet(seed, recovery=recovery, disobedient=("store_2",))
+        state = fleet.run()
+        begun_s, ended_s = begun_and_ended_s(fleet)
+        mission = runs.services.mission(runs.mission_id)
+        if begun_s >= ended_s - 1.5:
+            continue  # it was late enough by chance
+        early += 1
+        assert state in ("failed", "partially_completed"), (seed, state, fleet.reasons)
+        assert "completed" not in fleet.states
+        assert {"unknown", "recovering"} & set(fleet.states)
+        (one,) = [one for one in mission.contradictions if one["later"]["tag"] == "DOCK"]
+        assert (one["later"]["robot"], one["earlier"]["robot"]) == ("store_2", "yard_1")
+        assert one["detail"] in mission.reason
+        assert one["things"] == ["sample_1"]
+        noticed += 1
+    print(f"{noticed} of {early} were noticed")
+    assert early > 6
