@@ -87,7 +87,7 @@ def test_a_robot_docks_after_the_other_has_released_whatever_it_senses(runs: Run
 @pytest.mark.parametrize("recovery", ["never", "auto"])
 def test_a_robot_that_docks_uncleared_never_completes_its_mission(runs: Runs, recovery: str) -> None:
     early = noticed = 0
-    for seed in range(12):
+    for seed in range(8):
         fleet = runs.fleet(seed, recovery=recovery, disobedient=("store_2",))
         state = fleet.run()
         begun_s, ended_s = begun_and_ended_s(fleet)
@@ -104,4 +104,4 @@ def test_a_robot_that_docks_uncleared_never_completes_its_mission(runs: Runs, re
         assert one["things"] == ["sample_1"]
         noticed += 1
     print(f"{noticed} of {early} were noticed")
-    assert early > 6
+    assert early > 4
