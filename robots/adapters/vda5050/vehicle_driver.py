@@ -238,7 +238,8 @@ class VehicleDriver:
         self._stop("was cancelled")
 
     def telemetry(self) -> Telemetry | None:
-        if self.state is None or self.pose is None:
+        is_away = self.connection in AWAY or self._clock.now_s() - self._heard_s > 2 * SILENCE_S
+        if self.state is None or self.pose is None or is_away:
             return None
         goal = self.leg.nodes[0].node_position if self.leg is not None else None
         goal_pose = None if goal is None else self._frame.in_world((goal.x, goal.y, 0.0))
@@ -297,6 +298,19 @@ class VehicleDriver:
     def recall(self, memory: Mapping[str, Any]) -> None:
         self._memory = VehicleMemory.model_validate(memory)
         self._touch()
+
+    def forget(self) -> None:
+        """Be as after a restart, before `recall`; what the vehicle has said is kept."""
+        self._memory = VehicleMemory()
+        self._requests = {}
+        self._order_sent_s = float("-inf")
+        self._outbox = []
+        self._touch()
+
+    @property
+    def is_at_rest(self) -> bool:
+        """True if what is to be sent depends on no memory."""
+        return self._active is None and self._memory.cancelling is None and self._memory.paused is None
 
     def flush(self, *, is_saved: bool) -> None:
         """Send what depends on nothing that is not saved.

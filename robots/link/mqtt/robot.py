@@ -35,8 +35,11 @@ class RobotLink:
         self.clock = FollowingClock(wall_s, extrapolated_s=float("inf"))
         """It runs on in radio silence: what was begun goes on, and its time limits hold."""
         self._run: str | None = None
+        self._shown: dict[str, ConnectionState] = {}
         self._inbox = Inbox()
-        self._robots = {robot: robot_session(world, robot, broker, self._receive) for robot in robots}
+        self._robots = {
+            robot: robot_session(world, robot, broker, self._receive, shown=self._shown) for robot in robots
+        }
         if not self._robots:
             raise ValueError("a robot's end of the link needs the name of at least one robot")
         names = "-".join(sorted(self._robots))
@@ -79,6 +82,12 @@ class RobotLink:
         """Send as the robot that is the message's sender. Dropped while the broker is unreachable, or without a run."""
         if self._run is not None:
             self._robots[message.sender].publish(robot_publication(self._world, message, self._run))
+
+    def show(self, robot: str, state: ConnectionState) -> None:
+        """Show a robot that is itself reached over a further link as connected or not; published if it has changed."""
+        if self._shown.get(robot, ConnectionState.ONLINE) is not state:
+            self._shown[robot] = state
+            self._robots[robot].publish(presence(self._world, robot, state))
 
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
         return self._inbox.take(timeout_s)

@@ -1,6 +1,6 @@
 """A robot's client: what it subscribes to, its presence and last will, and how its messages are published."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from pydantic import ValidationError
 
@@ -27,8 +27,17 @@ def robot_session(
     on_arrival: Callable[[Publication], None],
     *,
     is_robot: bool = True,
+    shown: Mapping[str, ConnectionState] | None = None,
 ) -> Session:
-    """:param is_robot: False for the world itself, which says by its announcements whether it is there."""
+    """
+    :param is_robot: False for the world itself, which says by its announcements whether it is there.
+    :param shown: by robot, what is published when it is connected, if not that it is online.
+    """
+
+    def first() -> Publication | None:
+        state = (shown or {}).get(robot, ConnectionState.ONLINE)
+        return presence(world, robot, state) if is_robot else None
+
     return Session(
         broker,
         f"macta-{world}-{robot}",
@@ -36,7 +45,7 @@ def robot_session(
             (robot_topic(world, robot, c), c.qos) for c in (Channel.ORDER, Channel.INSTANT_ACTIONS)
         ],
         will=presence(world, robot, ConnectionState.CONNECTION_BROKEN) if is_robot else None,
-        on_connected=lambda: presence(world, robot, ConnectionState.ONLINE) if is_robot else None,
+        on_connected=first,
         on_arrival=on_arrival,
         queued=QUEUED_A_ROBOT,
     )

@@ -31,13 +31,17 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Publication:
-    """A message at the broker. `run`: the run of the world that it belongs to; empty if that does not matter."""
+    """A message at the broker. `run`: the run of the world that it belongs to; empty if that does not matter.
+
+    `waits`: it waits for its turn at any QoS; telemetry does not.
+    """
 
     topic: str
     payload: bytes
     qos: int = 1
     retain: bool = False
     run: str = ""
+    waits: bool = False
 
 
 class Session:
@@ -84,7 +88,7 @@ class Session:
     def publish(self, publication: Publication) -> bool:
         """Queue it for the broker; False, and lost, if the broker is unreachable or the queue is full."""
         # NOTE: outdated telemetry is useless, so it does not queue behind telemetry.
-        late = publication.qos == 0 and self.client.want_write()
+        late = publication.qos == 0 and not publication.waits and self.client.want_write()
         if not self.connected or late or not self._queued(publication):
             self.dropped += 1
             return False
