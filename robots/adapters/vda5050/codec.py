@@ -47,6 +47,12 @@ class Encoder:
     def __init__(self, now: Callable[[], datetime] = utc_now) -> None:
         self._now = now
         self._numbers: Counter[tuple[VehicleId, Topic]] = Counter()
+        self._versions: dict[VehicleId, str] = {}
+
+    def speak(self, vehicle: VehicleId, version: str) -> None:
+        """State this version of the standard to a vehicle from now on: some take no other than their own."""
+        if version.partition(".")[0] == str(vehicle.major):
+            self._versions[vehicle] = version[:20]
 
     def encode(self, vehicle: VehicleId, topic: Topic, message: Headed) -> bytes:
         """The message as the vehicle's version of the standard has it."""
@@ -55,7 +61,7 @@ class Encoder:
         header = {
             "header_id": number,
             "timestamp": timestamp(self._now()),
-            "version": vehicle.version,
+            "version": self._versions.get(vehicle, vehicle.version),
             "manufacturer": vehicle.manufacturer,
             "serial_number": vehicle.serial_number,
         }

@@ -33,7 +33,8 @@ def repertoire(sheet: VehicleFactsheet | None, vehicle: VehicleId, settings: Set
         return stated
     known = sheet.protocol_features.mobile_robot_actions if sheet is not None else ()
     supported = {action.action_type for action in known if NODE in action.action_scopes}
-    return tuple(tag for tag, rule in settings.all_packets.items() if _needs(rule) <= supported)
+    rules = settings.all_packets.items()
+    return tuple(tag for tag, rule in rules if rule.announced and _needs(rule) <= supported)
 
 
 def _needs(rule: PacketSettings) -> Set[str]:

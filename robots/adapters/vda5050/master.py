@@ -137,6 +137,7 @@ class MasterControl:
                 )
             return
         if (member := self._member(vehicle)) is not None:
+            self._encoder.speak(vehicle, message.version)
             member.heard(message)
 
     def _member(self, vehicle: VehicleId) -> FleetMember | None:

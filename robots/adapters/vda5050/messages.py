@@ -433,3 +433,9 @@ class VehicleFactsheet(Headed):
     protocol_features: ProtocolFeatures = ProtocolFeatures()
     mobile_robot_geometry: dict[str, Any] = Field(default_factory=dict)
     load_specification: dict[str, Any] = Field(default_factory=dict)
+
+    @property
+    def says_something(self) -> bool:
+        """False for one that has neither a speed nor actions, as of a vehicle that is still starting."""
+        has_actions = bool(self.protocol_features.mobile_robot_actions)
+        return has_actions or self.physical_parameters.maximum_speed > 0

@@ -52,6 +52,7 @@ class PacketSettings(Checked):
     `drive`: the argument that names the place; None: it stays where it is. `dock`: at the place itself, not before it.
     `leave`: it then drives back before the place. `grips` and `releases`: the argument that names what it then holds,
     and no longer holds. `needs`: actions that a vehicle must support to have the packet, beside those of `actions`.
+    `announced`: it is in the repertoire of every vehicle that can do it, not only where `repertoire` lists it.
     """
 
     drive: str | None = None
@@ -61,6 +62,7 @@ class PacketSettings(Checked):
     grips: str | None = None
     releases: str | None = None
     needs: tuple[str, ...] = ()
+    announced: bool = True
 
 
 class PlaceSettings(Checked):
@@ -116,15 +118,20 @@ def default_packets() -> dict[str, PacketSettings]:
         "NAVIGATE": PacketSettings(drive="ref2"),
         "TRANSPORT": PacketSettings(drive="ref2", needs=("pick", "drop")),
         "DOCK": PacketSettings(drive="ref1", dock=True, actions=(_pick(),), grips="object"),
-        "RELEASE": PacketSettings(drive="ref2", dock=True, actions=(_drop(),), releases="object"),
+        "RELEASE": PacketSettings(
+            drive="ref2", dock=True, actions=(_drop(),), releases="object", announced=False
+        ),
         "RELEASE2": PacketSettings(
             drive="ref2", dock=True, actions=(_drop(),), leave=True, releases="object"
         ),
-        "CHARGE": PacketSettings(drive="charger", actions=(ActionSettings(type="startCharging"),)),
-        "STOP_CHARGING": PacketSettings(actions=(ActionSettings(type="stopCharging"),)),
+        "CHARGE": PacketSettings(
+            drive="charger", actions=(ActionSettings(type="startCharging"),), announced=False
+        ),
+        "STOP_CHARGING": PacketSettings(actions=(ActionSettings(type="stopCharging"),), announced=False),
         "WAIT": PacketSettings(
             drive="place",
             actions=(ActionSettings(type="waitForTrigger", parameters={"triggerType": ["LOCAL"]}),),
+            announced=False,
         ),
     }
 

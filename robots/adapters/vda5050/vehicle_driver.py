@@ -52,6 +52,7 @@ LATE_S = 15.0
 """A message that has not arrived by then is lost (our choice)."""
 LOST_S = 8.0
 """A vehicle that does not show its order for so long has lost it (our choice)."""
+OFTEN_ASKED = 5
 KEPT_SCRIPTS = 4
 AWAY = (VehicleConnection.OFFLINE, VehicleConnection.CONNECTION_BROKEN)
 
@@ -130,6 +131,7 @@ class VehicleDriver:
         self._order_sent_s = float("-inf")
         self._asked_s = float("-inf")
         self._sheet_asked_s = float("-inf")
+        self._sheets_asked = 0
         self._unknown_s: float | None = None
         """Since when the vehicle's states do not show the order that it has confirmed."""
         self._resumed_s = clock.now_s()
@@ -150,7 +152,8 @@ class VehicleDriver:
                     self._asked_s = float("-inf")
                 self.connection = connection
             case VehicleFactsheet():
-                self.factsheet = message
+                if message.says_something:
+                    self.factsheet = message
 
     def _take_state(self, state: State) -> None:
         if self._is_outdated(state):
@@ -593,9 +596,12 @@ class VehicleDriver:
             self._send_once("stateRequest")
 
     def _ask_for_factsheet(self) -> None:
+        """Until it tells one that says something: often at first, then now and then."""
         now_s = self._clock.now_s()
-        if self.factsheet is None and now_s - self._sheet_asked_s >= 5 * RESEND_S:
+        interval_s = RESEND_S if self._sheets_asked < OFTEN_ASKED else SILENCE_S
+        if self.factsheet is None and now_s - self._sheet_asked_s >= interval_s:
             self._sheet_asked_s = now_s
+            self._sheets_asked += 1
             self._send_once("factsheetRequest")
 
     def _send_once(self, kind: str) -> None:
