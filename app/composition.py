@@ -13,6 +13,7 @@ from fastapi import FastAPI
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.battery_record import BatteryRecord
 from app.agents.edition_delivery import EditionDelivery
+from app.agents.impersonation import Impersonations, KeyFile
 from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import AnnouncesWorld, RejectsMessages, RunningWorld, WorldHost
 from app.agents.running_worlds import RunningWorlds
@@ -128,7 +129,7 @@ class Service:
         # A process that only plans keeps nothing in the data folder.
         self._lock = lock_folder(settings.data) if self._drives_robots else None
         self.token = settings.resolved_token() if self._drives_robots else ""
-        self._running = RunningWorlds(worlds, agents=self._agents_of, board=lambda: self.board)
+        self._running = RunningWorlds(worlds, agents=self._agents_of, listen=self._listen)
         self._given = tuple(self._running)
         files = {name: world.file for name, world in self._running.items()}
         self.clocks: Mapping[str, Clock] = self._running.each(lambda world: world.clock)
@@ -213,12 +214,15 @@ class Service:
             status=lambda name: self._running[name].status(),
             find=self.world_set.find,
         )
+        keys = KeyFile(settings.robot_keys)
+        self.impersonations = Impersonations(self.events, worlds=self._files, keys=keys.read)
         self.robots = RobotDirectory(
             self.core,
             worlds=self._files,
             board=self.board,
             contact=self.contact,
             perceives=self._perceives,
+            impersonation=self.impersonations.of,
         )
         self._paces = self._running.each(lambda world: world.pace)
         self.teleoperation = Teleoperation(self.robots, self._paces)
@@ -353,12 +357,21 @@ class Service:
             executors=self.executors,
         )
 
+    def _listen(self, world: RunningWorld) -> None:
+        """Receive from a world's fleet; what others publish in robots' names is noticed before."""
+        watch = self.impersonations.watch(world.file.name, self.board)
+        world.listen(watch, watch)
+
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         name = world.file.name
         drives_world = partial(self.executors.holds_lease, name)
         each_turn = partial(
             _call_all,
-            (partial(self._waiting_goals.handle_availability, name), partial(self._follow_holds, name)),
+            (
+                partial(self._waiting_goals.handle_availability, name),
+                partial(self._follow_holds, name),
+                partial(self._record_impersonations, name),
+            ),
         )
         if world.driver is not None:
             late = world.late
@@ -417,6 +430,10 @@ class Service:
                 clock=world.clock,
             ),
         )
+
+    def _record_impersonations(self, world: str) -> None:
+        if self.impersonations.has_news(world) and self.executors.holds_lease(world):
+            self.impersonations.record(self.database, world)
 
     def _follow_holds(self, world: str) -> None:
         if self.executors.holds_lease(world):

@@ -103,6 +103,10 @@ class Settings(BaseSettings):
     broker_ca: Path | None = Field(default=None, description="certificate authority of the broker, PEM")
     broker_certificate: Path | None = Field(default=None, description="client certificate, PEM")
     broker_key: Path | None = None
+    robot_keys: Path | None = Field(
+        default=None,
+        description="file of the keys with which robots sign, as `macta robot enrol --sign` writes it",
+    )
 
     @field_validator(
         "broker_url",
@@ -111,6 +115,7 @@ class Settings(BaseSettings):
         "broker_ca",
         "broker_certificate",
         "broker_key",
+        "robot_keys",
         mode="before",
     )
     @classmethod

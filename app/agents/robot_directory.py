@@ -8,6 +8,7 @@ from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from app.agents.contact_monitor import ContactMonitor
+from app.agents.impersonation import Impersonation
 from app.agents.robot_board import RobotBoard, RobotView
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
@@ -41,6 +42,7 @@ class RobotReport:
     :param mission_id: the mission that it is reserved for.
     :param lost: set if it was declared lost.
     :param out_of_service: set if it was taken out of service.
+    :param impersonation: set if somebody else publishes in its name.
     """
 
     view: RobotView
@@ -56,6 +58,7 @@ class RobotReport:
     mission_id: str | None
     lost: LostRobotRow | None
     out_of_service: OutOfServiceRow | None
+    impersonation: Impersonation | None
 
 
 class RobotDirectory:
@@ -69,6 +72,7 @@ class RobotDirectory:
         board: RobotBoard,
         contact: ContactMonitor,
         perceives: Perceives,
+        impersonation: Callable[[str], Impersonation | None] = lambda robot: None,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """:param perceives: what robots sense by their sensors that do not say what they sense."""
@@ -77,6 +81,7 @@ class RobotDirectory:
         self._worlds = worlds
         self._board = board
         self._contact = contact
+        self._impersonation = impersonation
         self._wall = wall
         self._perceives = perceives
 
@@ -171,6 +176,7 @@ class RobotDirectory:
             mission_id=mission_id,
             lost=lost,
             out_of_service=out_of_service,
+            impersonation=self._impersonation(view.name),
         )
 
 

@@ -6,11 +6,10 @@ from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
 from app.agents.late_simulation import LateSimulation
-from app.agents.robot_board import RobotBoard
 from robots.clock import Clock
 from robots.link import Link
 from robots.link.mqtt.inbox import Rejected
-from robots.link.mqtt.service import LinkFault
+from robots.link.mqtt.service import Guard, LinkFault, Listener
 from robots.link.mqtt.topics import ANNOUNCE_INTERVAL_S
 from robots.link.transport import ServiceEnd
 from robots.world import WorldFile
@@ -113,6 +112,15 @@ class WorldHost(Protocol):
         ...
 
 
+@runtime_checkable
+class Guarded(Protocol):
+    """A link on which others may publish in a robot's name."""
+
+    def guard(self, guard: Guard) -> None:
+        """Set who judges messages; before `start`."""
+        ...
+
+
 def _nothing() -> None: ...
 
 
@@ -181,8 +189,13 @@ class RunningWorld:
         """The current rate."""
         return self.rate if self.fleet is None else self.fleet.clock.rate
 
-    def listen(self, board: RobotBoard) -> None:
-        """Start to receive from the fleet, if there is one; contact and telemetry go to the board."""
+    def listen(self, listener: Listener, guard: Guard | None = None) -> None:
+        """Start to receive from the fleet, if there is one.
+
+        :param listener: is told of contact and telemetry. :param guard: judges messages, where the link can have that.
+        """
         if self.fleet is not None:
-            self.fleet.listen(board)
+            if guard is not None and isinstance(self.fleet, Guarded):
+                self.fleet.guard(guard)
+            self.fleet.listen(listener)
             self.fleet.start()

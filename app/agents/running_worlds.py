@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TypeVar
 
 from app.agents.agent_models import AgentModels
-from app.agents.robot_board import RobotBoard
 from app.agents.running_world import RunningWorld
 from app.domain.errors import UnknownWorld
 
@@ -24,15 +23,15 @@ class RunningWorlds(Mapping[str, RunningWorld]):
         worlds: Iterable[RunningWorld],
         *,
         agents: Callable[[RunningWorld], AgentModels],
-        board: Callable[[], RobotBoard],
+        listen: Callable[[RunningWorld], None],
     ) -> None:
         """
         :param agents: makes the agent models of a world, when it starts.
-        :param board: what fleets report connections to, likewise.
+        :param listen: starts to receive from the world's fleet, likewise.
         """
         self._worlds = {world.file.name: world for world in worlds}
         self._agents_of = agents
-        self._board = board
+        self._listen = listen
         self._agents: dict[str, AgentModels] = {}
         self._lock = threading.Lock()
         self.unknown: Callable[[], None] = lambda: None
@@ -69,7 +68,7 @@ class RunningWorlds(Mapping[str, RunningWorld]):
         agents = self._agents_of(world)
         with self._lock:
             self._agents[name] = agents
-        world.listen(self._board())
+        self._listen(world)
         agents.start()
 
     def resume(self, name: str) -> None:

@@ -356,6 +356,16 @@ class FactsheetBody(BaseModel):
     sheet: dict[str, Any] = Field(description="as the robot sent it")
 
 
+class ImpersonationBody(BaseModel):
+    """That somebody else publishes in the robot's name, as far as this process has noticed since its start."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    count: int = Field(description="messages that were dropped, or that contradict each other")
+    reason: str = Field(description="of the last of them")
+    at: str = Field(description="when the last came, wall clock")
+
+
 class RobotBody(BaseModel):
     id: str
     name: str
@@ -382,6 +392,9 @@ class RobotBody(BaseModel):
     lost: LostBody | None = Field(default=None, description="set if the robot was declared lost")
     out_of_service: OutOfServiceBody | None = Field(
         default=None, description="set if the robot was taken out of service"
+    )
+    impersonation: ImpersonationBody | None = Field(
+        default=None, description="set if somebody else publishes in its name"
     )
 
 

@@ -13,6 +13,7 @@ from app.agents.tuning import TunedRobot, TuningService
 from app.api.bodies import (
     Decision,
     FactsheetBody,
+    ImpersonationBody,
     LostBody,
     OutOfServiceBody,
     Page,
@@ -218,5 +219,8 @@ def _robot(report: RobotReport) -> RobotBody:
         out_of_service=None
         if report.out_of_service is None
         else OutOfServiceBody.model_validate(report.out_of_service),
+        impersonation=None
+        if report.impersonation is None
+        else ImpersonationBody.model_validate(report.impersonation),
         **live,
     )

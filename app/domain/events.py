@@ -616,6 +616,17 @@ class RobotRefused(Event, type="robot.refused"):
     reason: str
 
 
+class RobotImpersonated(Event, type="robot.impersonated"):
+    """Somebody else publishes in the robot's name: `count` messages since the event before; `reason` of the last.
+
+    At most one such event a robot and minute.
+    """
+
+    world: str
+    count: int
+    reason: str
+
+
 class RobotDeclaredLost(Event, type="robot.declared_lost"):
     """An operator has declared the robot lost; `silent`: it was not heard or did not answer."""
 

@@ -10,6 +10,7 @@ from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.robot_sessions import presence, put_order, robot_publication, robot_session
 from robots.link.mqtt.session import Publication, Session
+from robots.link.mqtt.signature import signers
 from robots.link.mqtt.topics import (
     ANNOUNCE_INTERVAL_S,
     GREATEST_NUMBER,
@@ -37,6 +38,7 @@ class FleetLink:
         run: str,
         digest: str = "",
         packs: Mapping[str, str] | None = None,
+        keys: Mapping[str, str] | None = None,
         wall_s: Callable[[], float] = time.monotonic,
         epoch_s: Callable[[], float] = time.time,
     ) -> None:
@@ -44,6 +46,7 @@ class FleetLink:
         :param run: the run of the world, see `WorldAnnouncement`.
         :param digest: of the world file.
         :param packs: the digests of the fleet's domain packs, by name.
+        :param keys: with which robots sign what they publish, by robot.
         :param epoch_s: gives a first fleet its number; a wrong clock does no harm.
         """
         self._number = epoch_s()
@@ -53,6 +56,7 @@ class FleetLink:
         self._run = run
         self._digest = digest
         self._packs = dict(packs or {})
+        self._signers = signers(keys or {})
         self._wall_s = wall_s
         self._inbox = Inbox()
         self._rate: float | None = 1.0
@@ -150,7 +154,14 @@ class FleetLink:
         self._world_session.publish(self._announcement(ConnectionState.OFFLINE))
 
     def _session(self, broker: Broker, robot: str) -> Session:
-        return robot_session(self._world, robot, broker, self._receive, is_robot=robot != WORLD)
+        return robot_session(
+            self._world,
+            robot,
+            broker,
+            self._receive,
+            is_robot=robot != WORLD,
+            sign=self._signers.get(robot),
+        )
 
     def _compare(self, publication: Publication) -> None:
         """Number this fleet after its predecessor; retire if a successor drives the world.

@@ -169,6 +169,7 @@ class Reactor:
                 session.closed_early = False
             if self._wall_s() < self._next_attempt_s or self._stop:
                 return
+            session.before_connecting()
             try:
                 session.client.reconnect()
             except (OSError, ValueError) as error:

@@ -28,10 +28,12 @@ def robot_session(
     *,
     is_robot: bool = True,
     shown: Mapping[str, ConnectionState] | None = None,
+    sign: Callable[[Publication], Publication] | None = None,
 ) -> Session:
     """
     :param is_robot: False for the world itself, which says by its announcements whether it is there.
     :param shown: by robot, what is published when it is connected, if not that it is online.
+    :param sign: signs what the robot publishes; None: nothing is signed.
     """
 
     def first() -> Publication | None:
@@ -48,6 +50,7 @@ def robot_session(
         on_connected=first,
         on_arrival=on_arrival,
         queued=QUEUED_A_ROBOT,
+        sign=sign,
     )
 
 

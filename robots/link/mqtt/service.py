@@ -61,6 +61,14 @@ class Listener(Protocol):
         ...
 
 
+class Guard(Protocol):
+    """Tells robots' messages from those that others publish in their names."""
+
+    def admits(self, robot: str, publication: Publication) -> bool:
+        """Whether the message may be the robot's; one that is not is dropped. Called by the link's own thread."""
+        ...
+
+
 class ServiceLink:
     """The agent models' end; implements `robots.link.channel.Link`. `start` before use.
 
@@ -86,6 +94,7 @@ class ServiceLink:
         self.clock = FollowingClock(wall_s)
         self._inbox = Inbox()
         self._listener: Listener | None = None
+        self._guard: Guard | None = None
         self._announced_run: str | None = None
         self._taken_up: str | None = None
         self._wall_s = wall_s
@@ -117,6 +126,10 @@ class ServiceLink:
     def listen(self, listener: Listener) -> None:
         """Set who receives telemetry and connection states; before `start`."""
         self._listener = listener
+
+    def guard(self, guard: Guard) -> None:
+        """Set who judges messages before they are read; before `start`."""
+        self._guard = guard
 
     def start(self) -> None:
         self._reactor.start()
@@ -223,7 +236,7 @@ class ServiceLink:
                 )
                 return
             robot, channel = robot_and_channel(publication.topic) or ("", Channel.STATE)
-            if robot:
+            if robot and (self._guard is None or self._guard.admits(robot, publication)):
                 self._dispatch(robot, channel, publication)
         except ValidationError as error:
             self._inbox.reject(publication.topic, error)

@@ -25,6 +25,8 @@ MAX_QUEUED = 1000
 MAX_PACKET_BYTES = 4 * 2**20
 """The broker is told not to forward larger messages."""
 RUN_PROPERTY = "run"
+COUNTER_PROPERTY = "counter"
+SIGNATURE_PROPERTY = "signature"
 
 logger = logging.getLogger(__name__)
 
@@ -33,7 +35,8 @@ logger = logging.getLogger(__name__)
 class Publication:
     """A message at the broker. `run`: the run of the world that it belongs to; empty if that does not matter.
 
-    `waits`: it waits for its turn at any QoS; telemetry does not.
+    `waits`: it waits for its turn at any QoS; telemetry does not. `counter`, `signature`: of a robot that signs
+    (`robots.link.mqtt.signature`).
     """
 
     topic: str
@@ -42,6 +45,8 @@ class Publication:
     retain: bool = False
     run: str = ""
     waits: bool = False
+    counter: str = ""
+    signature: str = ""
 
 
 class Session:
@@ -57,12 +62,16 @@ class Session:
         on_connected: Callable[[], Publication | None] = lambda: None,
         on_arrival: Callable[[Publication], None] = lambda publication: None,
         queued: int = MAX_QUEUED,
+        sign: Callable[[Publication], Publication] | None = None,
     ) -> None:
         """
         :param subscriptions: topics with their QoS.
         :param on_connected: returns what to publish each time it is connected.
         :param on_arrival: called with each arrival, by the reactor's thread.
+        :param sign: signs what is published; None: nothing is signed.
         """
+        self._sign = sign
+        self._will = will
         self.name = client_id
         self.dropped = 0
         self.refused = ""
@@ -83,7 +92,20 @@ class Session:
 
     def set_will(self, will: Publication) -> None:
         """Have the broker publish this when the connection is lost; from the next connection on."""
-        self.client.will_set(will.topic, will.payload, will.qos, will.retain)
+        self._will = will
+        self._renew_will()
+
+    def before_connecting(self) -> None:
+        """To be called before each connection: a will that is signed is of that connection."""
+        if self._sign is not None:
+            self._renew_will()
+
+    def _renew_will(self) -> None:
+        if self._will is None:
+            return
+        will = self._will if self._sign is None else self._sign(self._will)
+        properties = _properties(will, PacketTypes.WILLMESSAGE)
+        self.client.will_set(will.topic, will.payload, will.qos, will.retain, properties)
 
     def publish(self, publication: Publication) -> bool:
         """Queue it for the broker; False, and lost, if the broker is unreachable or the queue is full."""
@@ -96,12 +118,14 @@ class Session:
         return True
 
     def _queued(self, publication: Publication) -> bool:
+        if self._sign is not None:
+            publication = self._sign(publication)
         info = self.client.publish(
             publication.topic,
             publication.payload,
             publication.qos,
             publication.retain,
-            _properties(publication.run),
+            _properties(publication),
         )
         return info.rc == MQTTErrorCode.MQTT_ERR_SUCCESS
 
@@ -157,14 +181,15 @@ class Session:
             _drain(sock)
 
     def _on_message(self, client: Client, data: Any, message: MQTTMessage) -> None:
-        pairs = getattr(message.properties, "UserProperty", ())
-        run = next((value for name, value in pairs if name == RUN_PROPERTY), "")
+        pairs = dict(getattr(message.properties, "UserProperty", ()))
         publication = Publication(
             topic=message.topic,
             payload=bytes(message.payload),
             qos=message.qos,
             retain=message.retain,
-            run=run,
+            run=pairs.get(RUN_PROPERTY, ""),
+            counter=pairs.get(COUNTER_PROPERTY, ""),
+            signature=pairs.get(SIGNATURE_PROPERTY, ""),
         )
         try:
             self._on_arrival(publication)
@@ -184,9 +209,18 @@ def _drain(sock: Any) -> None:
             pass
 
 
-def _properties(run: str) -> Properties | None:
-    if not run:
+def _properties(publication: Publication, packet: int = PacketTypes.PUBLISH) -> Properties | None:
+    pairs = [
+        (name, value)
+        for name, value in (
+            (RUN_PROPERTY, publication.run),
+            (COUNTER_PROPERTY, publication.counter),
+            (SIGNATURE_PROPERTY, publication.signature),
+        )
+        if value
+    ]
+    if not pairs:
         return None
-    properties = Properties(PacketTypes.PUBLISH)  # type: ignore[no-untyped-call]
-    properties.UserProperty = [(RUN_PROPERTY, run)]
+    properties = Properties(packet)  # type: ignore[no-untyped-call]
+    properties.UserProperty = pairs
     return properties

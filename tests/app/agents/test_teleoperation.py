@@ -26,6 +26,7 @@ class InContact:
             mission_id=None,
             lost=None,
             out_of_service=None,
+            impersonation=None,
         )
 
 

@@ -76,7 +76,7 @@ def other(database_url: str, world_file: WorldFile, broker: Broker) -> Iterator[
     def none(*_: object) -> Any:
         raise AssertionError("it speaks for no world")
 
-    running = RunningWorlds([], agents=none, board=none)
+    running = RunningWorlds([], agents=none, listen=none)
     yield WorldSet(
         core,
         files=WorldDirectory(database, {world_file.name: world_file}),
