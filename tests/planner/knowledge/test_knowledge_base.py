@@ -15,9 +15,11 @@ def shipped() -> str:
     return (resources.files("planner.knowledge") / "files" / "rovers.yaml").read_text()
 
 
-def test_the_six_actions_of_the_paper_and_one_of_ours_are_data(knowledge_base: KnowledgeBase) -> None:
+def test_the_six_actions_of_the_paper_and_those_of_ours_are_data(knowledge_base: KnowledgeBase) -> None:
     paper = {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"}
-    assert set(knowledge_base.actions) == {*paper, "DOCK2"}
+    operations = {"OPEN", "CLOSE", "MOVE_TO_LEVEL"}
+    assert set(knowledge_base.actions) == {*paper, "DOCK2", "CARRY", *operations}
+    assert knowledge_base.operations == operations
 
 
 def test_transport_has_the_slots_of_table_3(knowledge_base: KnowledgeBase) -> None:
@@ -131,7 +133,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
             "robot_position(robots, rel1, ref9)",
             "TRANSPORT, preconditions.0",
         ),
-        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 140, TRANSPORT"),
+        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 169, TRANSPORT"),
         (
             "reaches(robots, ref2)",
             "reached(robots, ref2)",
@@ -143,7 +145,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         (
             "speed_m_s(robots) + 0.5",
             "sped(robots) + 5",
-            "unknown function 'sped'; choices: distance_m, speed_m_s",
+            "unknown function 'sped'; choices: closing_s, distance_m, opening_s, speed_m_s",
         ),
         (
             "distance: distance_m(ref1, ref2)",
@@ -154,7 +156,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         (
             "energy: 6 * duration()",
             "energy: 6 * time()",
-            "unknown function 'time'; choices: distance(), distance_m, duration(), speed_m_s",
+            "unknown function 'time'; choices: closing_s, distance(), distance_m, duration(), opening_s, speed_m_s",
         ),
         ("energy: 6 * duration()", "energy: 6 ** duration()", "TRANSPORT, energy"),
         ("energy: 6 * duration()", "energy: 6 * duration(ref1)", "unknown function 'duration'"),
@@ -240,7 +242,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         (
             "    delete: []",
             "    delete: []\n    delete: [can(robot1, TRACK)]",
-            "line 307, delete: stands here for the second time, first in line 306",
+            "line 336, delete: stands here for the second time, first in line 335",
         ),
     ],
 )
