@@ -14,6 +14,7 @@ import tomllib
 from pathlib import Path
 
 PYPROJECT = Path(__file__).parents[1] / "pyproject.toml"
+MEMBER = Path("robots") / "pyproject.toml"
 BUILD = """
 [project]
 name = "build"
@@ -40,6 +41,8 @@ def resolved(pyproject: str) -> list[str]:
     """The newest versions that go together, as `name==version`."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "pyproject.toml").write_text(pyproject)
+        (Path(folder) / MEMBER).parent.mkdir()
+        (Path(folder) / MEMBER).write_text((PYPROJECT.parent / MEMBER).read_text())
         subprocess.run(["uv", "lock", "--quiet", "--project", folder], check=True)
         packages = tomllib.loads((Path(folder) / "uv.lock").read_text())["package"]
     return [f"{one['name']}=={one['version']}" for one in packages if "registry" in one["source"]]

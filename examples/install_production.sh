@@ -1,5 +1,5 @@
 #!/bin/sh
-# Install Macta's wheel for production into a new environment: sh examples/install_production.sh FOLDER
+# Install Macta's wheels, its own and that of the robots' software, for production into a new environment: sh examples/install_production.sh FOLDER
 # Without test tools and optional engines, and without what PyBullet's wheel holds besides the physics: models and
 # environments of its examples, a renderer, debugging symbols. Needs uv, and binutils to remove the symbols.
 set -eu
@@ -7,7 +7,7 @@ folder=$(realpath -m "$1")
 cd "$(dirname "$0")/.."
 
 uv venv --quiet "$folder"
-uv build --quiet --wheel --out-dir "$folder/wheel"
+uv build --quiet --all-packages --wheel --out-dir "$folder/wheel"
 # Copies, not links: what is removed here stays in uv's cache and in other environments.
 uv pip install --quiet --python "$folder" --link-mode copy --compile-bytecode "$folder"/wheel/*.whl
 rm -r "$folder/wheel"

@@ -6,10 +6,10 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
-from enum import StrEnum
 from multiprocessing.process import BaseProcess
 
 from robots.compilation import IN_BACKGROUND, Group, compile_once, compiles, is_being_compiled, is_compiled
+from robots.data import StrEnum
 
 logger = logging.getLogger(__name__)
 

@@ -1,17 +1,34 @@
 """Reads YAML; base classes of checked data."""
 
 import re
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any, ClassVar, Self, dataclass_transform
+from typing import Any, ClassVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, TypeAdapter
 from pydantic_core import CoreSchema, PydanticCustomError, ValidationError, core_schema
+from typing_extensions import Self, dataclass_transform
 
 from robots.errors import ExtensionError
 from robots.extensions import installed, load_class
+
+if sys.version_info >= (3, 11):
+    from enum import StrEnum as StrEnum  # noqa: PLC0414  # novm
+else:
+    from enum import Enum
+
+    class StrEnum(str, Enum):
+        """Python 3.11's own: members are strings, and are written as their values."""
+
+        def __str__(self) -> str:
+            return str.__str__(self)
+
+        def __format__(self, format_spec: str) -> str:
+            return str.__format__(self, format_spec)
+
 
 LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 """libyaml's loader where yaml was built with it, about ten times as fast."""

@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 PACKAGES = tuple(Path(__file__).parents[1] / name for name in ("planner", "robots", "sim"))
@@ -104,7 +104,7 @@ def _used_by(compiled: set[str], sources: Mapping[str, bytes]) -> set[str]:
 
 
 def _digest(sources: Mapping[str, bytes], names: Iterable[str]) -> str:
-    digest = hashlib.sha256(f"{platform.python_version()} {version('numba')}".encode())
+    digest = hashlib.sha256(f"{platform.python_version()} {_compiler()}".encode())
     for name in sorted(names):
         digest.update(f"\0{name}\0".encode())
         digest.update(sources[name])
@@ -118,6 +118,14 @@ def _bases(present: str) -> Iterator[Path]:
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     yield home / "macta"
     yield Path(tempfile.gettempdir()) / f"macta-{os.getuid()}"
+
+
+def _compiler() -> str:
+    """numba's version; empty if it is not installed."""
+    try:
+        return version("numba")
+    except PackageNotFoundError:
+        return ""
 
 
 def _folder(name: str, bases: Iterable[Path]) -> Path:

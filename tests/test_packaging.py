@@ -15,6 +15,8 @@ from tests.test_architecture import OURS, imports, modules
 ROOT = Path(__file__).parent.parent
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text())
 PROJECT = SETTINGS["project"]
+ROBOTS = tomllib.loads((ROOT / "robots" / "pyproject.toml").read_text())["project"]
+RUNTIME = f"{ROBOTS['name']}=={ROBOTS['version']}"
 UV = SETTINGS["tool"]["uv"]
 EXTRAS = [requirement for extra in PROJECT["optional-dependencies"].values() for requirement in extra]
 GROUPS = [requirement for group in SETTINGS["dependency-groups"].values() for requirement in group]
@@ -54,6 +56,9 @@ def closure(requirements: Iterable[str]) -> dict[str, Distribution]:
         if (name, frozenset(requirement.extras)) in seen or name == PROJECT["name"]:
             continue
         seen.add((name, frozenset(requirement.extras)))
+        if name == ROBOTS["name"]:  # ours; what it requires counts
+            waiting += required(distribution(name), requirement.extras)
+            continue
         try:
             packages[name] = distribution(name)
         except PackageNotFoundError:
@@ -84,8 +89,14 @@ def test_a_committed_version_is_a_name_and_a_version(name: str) -> None:
         assert entry == f"{canonicalize_name(requirement.name)}=={next(iter(requirement.specifier)).version}"
 
 
-def test_the_wheel_leaves_its_users_a_choice_of_versions() -> None:
-    assert [one for one in (*PROJECT["dependencies"], *EXTRAS) if "==" in one] == []
+def test_the_wheels_leave_their_users_a_choice_of_versions_but_for_each_other() -> None:
+    robots = [
+        *ROBOTS["dependencies"],
+        *(one for extra in ROBOTS["optional-dependencies"].values() for one in extra),
+    ]
+    stated = [one for one in (*PROJECT["dependencies"], *EXTRAS, *robots) if "==" in one]
+    assert stated == [RUNTIME]
+    assert PROJECT["version"] == ROBOTS["version"]
 
 
 @pytest.mark.parametrize("name", sorted(LEFT_OUT))

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping, Set
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any, Protocol, runtime_checkable
 
+from robots.data import StrEnum
 from robots.wire import BehaviourPacket, FailureCategory, PacketResult, SymbolicFact, Telemetry
 
 

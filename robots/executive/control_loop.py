@@ -3,12 +3,12 @@
 from cmath import phase, rect
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from enum import StrEnum
 from math import hypot
 from typing import Protocol
 
 import numpy as np
 
+from robots.data import StrEnum
 from robots.executive.executive import Executive
 from robots.executive.sensing_plan import BehaviourState
 from robots.perception.obstacles import Obstacles

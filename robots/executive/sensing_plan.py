@@ -6,10 +6,10 @@ it takes images. The sensor actions run whose percepts the current actuator acti
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 
 from robots.conditions.facts import REPORTED
 from robots.conditions.verdict import Condition
+from robots.data import StrEnum
 from robots.errors import RepertoireError
 from robots.perception.percepts import NOTHING, Needs
 from robots.perception.sensing import Mode, SensorAction

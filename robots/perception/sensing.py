@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from types import MappingProxyType
 from typing import Any
 
+from robots.data import StrEnum
 from robots.errors import SensorFault, SensorOff
 from robots.physical.body import Body, Readings
 

@@ -4,16 +4,26 @@ A cursor is a symbol anchored in perception (SRA; Coradeschi & Saffiotti 2001). 
 times a second, so cursors are columns, updated by compiled functions (numba).
 """
 
+import sys
 from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from enum import StrEnum
-from math import exp2, hypot, inf
+from math import hypot, inf
 from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robots.compiled import kernel, part
+from robots.data import StrEnum
+
+if sys.version_info >= (3, 11):
+    from math import exp2  # novm
+else:
+
+    @part
+    def exp2(x: float) -> float:
+        """Two to the power of x."""
+        return 2.0**x  # type: ignore[no-any-return]
 
 
 class Modality(StrEnum):

@@ -6,13 +6,13 @@ A robot never sees the simulator's truth, only what is declared here.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robots.data import StrEnum
 from robots.physical.sightings import Sightings
 
 RADIUS_M = 0.22

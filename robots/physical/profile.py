@@ -3,9 +3,9 @@
 from cmath import rect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from math import pi
 
+from robots.data import StrEnum
 from robots.physical.body import ALL_SENSORS, RADIUS_M, Pose
 from robots.physical.stand_off import STAND_OFF_M
 

@@ -2,12 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import cached_property
 from typing import Annotated
 
 from robots.conditions.composition import AnyCondition
-from robots.data import ChosenBy, Strict
+from robots.data import ChosenBy, StrEnum, Strict
 from robots.extensions import STIMULI
 from robots.perception.percepts import Percepts
 from robots.reactive import carrying, steering  # noqa: F401, define stimuli

@@ -8,9 +8,10 @@ speed. Two utilitors half a turn apart would leave the resultant's sign to round
 from cmath import phase, rect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from math import hypot, pi
 from typing import NamedTuple
+
+from robots.data import StrEnum
 
 RESPONSE_RAD = pi / 2
 """The angle that a normalised response of 1 stands for."""

@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, Self
+from typing import Any
 
 from pydantic import Field, TypeAdapter, model_validator
+from typing_extensions import Self
 
 from robots.conditions.composition import AnyCondition
 from robots.conditions.motion import Elapsed, Faster, Travelled

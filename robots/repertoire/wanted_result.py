@@ -1,8 +1,7 @@
 """The results that a packet brings beside its effects, as its file names them."""
 
-from typing import Self
-
 from pydantic import Field, model_validator
+from typing_extensions import Self
 
 from robots.data import Checked
 

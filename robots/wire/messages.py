@@ -7,11 +7,12 @@ kind that the receiver does not know is answered with not-understood.
 
 import json
 import uuid
-from enum import StrEnum
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, field_validator, model_validator
+from typing_extensions import Self
 
+from robots.data import StrEnum
 from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, TraceReport, TuningReport
 from robots.wire.results import PacketResult
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire

@@ -1,9 +1,10 @@
 """What packets bring beside their effects: images and readings, as they travel in a robot's report."""
 
 from base64 import b64decode, b64encode
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, PlainSerializer, model_validator
+from typing_extensions import Self
 
 from robots.wire.script import Wire
 

@@ -4,13 +4,12 @@ A packet on the wire is what the reflective agent may know: a tag, arguments and
 repertoire turns it into the triplet [sensor pre-conditions, behaviour patterns, sensor post-conditions].
 """
 
-from enum import StrEnum
 from math import isfinite
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field
 
-from robots.data import Checked
+from robots.data import Checked, StrEnum
 
 
 def _finite(value: Any) -> Any:

@@ -5,9 +5,10 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from itertools import chain, combinations, takewhile
 from math import dist
-from typing import Any, Self
+from typing import Any
 
 from pydantic import Field, ValidationError, model_validator
+from typing_extensions import Self
 
 from robots.data import Checked
 from robots.world.berths import lay_out

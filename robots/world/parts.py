@@ -5,13 +5,13 @@ from east.
 """
 
 from collections.abc import Iterable
-from enum import StrEnum
 from math import hypot
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
+from typing_extensions import Self
 
-from robots.data import Checked
+from robots.data import Checked, StrEnum
 from robots.world.bodies import BodySpec, PackageBodySpec, VelocityBodySpec, WheeledBodySpec
 from robots.world.radio import LinkSpec
 from robots.world.sensors import SensorSpec

@@ -5,12 +5,12 @@ the plane, a cabin with a door a level: the door of the level at which it stands
 """
 
 from collections.abc import Iterable, Iterator
-from enum import StrEnum
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
+from typing_extensions import Self
 
-from robots.data import Checked
+from robots.data import Checked, StrEnum
 from robots.world.parts import Interval, Location, Name, Point, Wall
 from robots.world.walls import WALL_THICKNESS_M, Panel, panels_of
 

@@ -2,9 +2,10 @@
 
 from collections.abc import Sequence
 from math import ceil, log
-from typing import Any, Self
+from typing import Any
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from typing_extensions import Self
 
 from robots.data import Checked
 

@@ -3,12 +3,13 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, ValidationError, model_validator
+from typing_extensions import Self
 
 from robots.data import Checked, faults_in, read_yaml
 

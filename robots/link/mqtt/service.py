@@ -5,11 +5,11 @@ import re
 import time
 import uuid
 from collections.abc import Callable, Collection, Mapping, Sequence
-from enum import StrEnum
 from typing import Protocol
 
 from pydantic import ValidationError
 
+from robots.data import StrEnum
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.inbox import Inbox, Rejected

@@ -1,9 +1,8 @@
 """The topics, `macta/v1/{world}/{robot}/{channel}` with the channels of VDA 5050 3.0, and what is retained on them."""
 
-from enum import StrEnum
-
 from pydantic import Field
 
+from robots.data import StrEnum
 from robots.wire import Factsheet, Message, ScriptRequest, SetPoint, Telemetry
 from robots.wire.script import Wire
 
