@@ -1,10 +1,11 @@
 """Telemetry of many light robots into one service process on one core, over a real Mosquitto.
 
-    uv run python -m benchmarks.telemetry [ROBOTS [HZ [SECONDS]]]
+    uv run python -m benchmarks.telemetry [ROBOTS [HZ [SECONDS [foreign]]]]
 
 Another process publishes in the robots' names, each at its own instant of the period, which the message holds.
 The service's process is pinned to one core and has the link and the board as `macta serve` has them, and a reader that
-looks at all views five times a second, as the operator's page does. The delay is from publishing to the board.
+looks at all views five times a second, as the operator's page does. The delay is from publishing to the board. With
+`foreign` each robot has a connection of its own, with a last will, and its messages have fields that we do not know.
 """
 
 import multiprocessing
@@ -24,12 +25,13 @@ import numpy as np
 from robots.link.mqtt import Broker, ConnectionState, ServiceLink
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
-from robots.link.mqtt.topics import Channel, robot_topic
+from robots.link.mqtt.topics import Channel, Presence, robot_topic
 from robots.wire import Telemetry
 
 WORLD = "plain"
 CLIENTS = 20
-"""Connections that publish for all robots; their number affects the broker, not the service."""
+"""Connections that publish for all robots of ours; their number affects the broker, not the service."""
+UNKNOWN_FIELDS = b'"firmware":"2.4.1","wheels":{"left_a":0.4,"right_a":0.5},'
 SETTLE_S = 2.0
 
 
@@ -54,18 +56,19 @@ class TimedBoard:
 
 def main() -> None:
     robots, hz, seconds = _given(1, 1000), _given(2, 5), _given(3, 20)
+    foreign = sys.argv[4:5] == ["foreign"]
     names = [f"robot_{number}" for number in range(robots)]
     with tempfile.TemporaryDirectory() as folder:
         port, broker = _mosquitto(Path(folder))
         try:
             os.sched_setaffinity(0, {0})
-            _measure(names, hz, seconds, port)
+            _measure(names, hz, seconds, port, foreign=foreign)
         finally:
             broker.terminate()
             broker.wait()
 
 
-def _measure(names: list[str], hz: int, seconds: int, port: int) -> None:
+def _measure(names: list[str], hz: int, seconds: int, port: int, *, foreign: bool) -> None:
     from app.agents import RobotBoard  # not for the publisher, which imports this module, too
 
     link = ServiceLink(WORLD, names, Broker.at(f"mqtt://127.0.0.1:{port}"))
@@ -76,7 +79,7 @@ def _measure(names: list[str], hz: int, seconds: int, port: int) -> None:
     threading.Thread(target=_read, args=(board._board, done), daemon=True).start()
     sent = multiprocessing.get_context("spawn").Value("l", 0)
     publisher = multiprocessing.get_context("spawn").Process(
-        target=_publish, args=(names, hz, seconds, port, sent)
+        target=_publish, args=(names, hz, seconds, port, sent, foreign)
     )
     publisher.start()
     cpu_s, wall_s = time.process_time(), time.monotonic()
@@ -109,11 +112,14 @@ def _read(board: "RobotBoard", done: threading.Event) -> None:
         board.views(WORLD)
 
 
-def _publish(names: list[str], hz: int, seconds: int, port: int, sent: Any) -> None:
+def _publish(names: list[str], hz: int, seconds: int, port: int, sent: Any, foreign: bool) -> None:
     """Publish for each robot in turn, evenly over the period."""
     os.sched_setaffinity(0, set(range(1, os.cpu_count() or 2)) or {0})
     broker = Broker.at(f"mqtt://127.0.0.1:{port}")
-    sessions = [Session(broker, f"publisher-{number}") for number in range(CLIENTS)]
+    sessions = [
+        Session(broker, f"publisher-{number}", will=_will(names[number]) if foreign else None)
+        for number in range(len(names) if foreign else CLIENTS)
+    ]
     reactor = Reactor(sessions, broker=str(broker))
     reactor.start()
     while not all(session.connected for session in sessions):
@@ -124,16 +130,22 @@ def _publish(names: list[str], hz: int, seconds: int, port: int, sent: Any) -> N
             time.sleep(max(wait_s, 0.001))
         name = names[number % len(names)]
         said = Telemetry(at_s=time.monotonic(), x_m=1.25, y_m=2.5, heading_rad=0.5, battery=0.9)
+        payload = said.model_dump_json(exclude_defaults=True).encode()
         publication = Publication(
             topic=robot_topic(WORLD, name, Channel.VISUALIZATION),
-            payload=said.model_dump_json(exclude_defaults=True).encode(),
+            payload=payload[:1] + UNKNOWN_FIELDS + payload[1:] if foreign else payload,
             qos=0,
         )
-        session = sessions[number % CLIENTS]
+        session = sessions[number % len(sessions)]
         while not session.publish(publication):
             time.sleep(0.0005)  # the last message is still queued; a robot would drop this one
         sent.value += 1
     reactor.close()
+
+
+def _will(robot: str) -> Publication:
+    payload = Presence(state=ConnectionState.CONNECTION_BROKEN).model_dump_json().encode()
+    return Publication(topic=robot_topic(WORLD, robot, Channel.CONNECTION), payload=payload, retain=True)
 
 
 def _mosquitto(folder: Path) -> tuple[int, "subprocess.Popen[bytes]"]:
