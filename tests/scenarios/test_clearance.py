@@ -56,3 +56,31 @@ def test_two_yard_robots_hand_over_at_one_interchange_one_after_the_other(tmp_pa
     assert packets["yard_1"][leaves]["state"] == PacketState.FINISHED
     assert packets["yard_1"][leaves]["finished_at_s"] < packets["yard_2"][arrives]["started_at_s"]
     assert {script.robot: script.cleared for script in scripts if script.cleared} == {"yard_2": [leaves]}
+
+
+def test_a_robot_that_senses_nothing_docks_once_it_is_cleared(tmp_path: Path) -> None:
+    plain = load_world("sample_store")
+    blind = plain.robot("store_2").model_copy(update={"senses": ()})
+    robots = tuple(blind if one.name == blind.name else one for one in plain.robots)
+    store = Store(plain.model_copy(update={"robots": robots}))
+    net = store.store_sample_1()
+    release = next(a.id for a in net.actions if a.tag == "RELEASE2" and a.agents == ("yard_1",))
+    dock = next(a.id for a in net.actions if a.tag == "DOCK" and a.agents == ("store_2",))
+    settings = Settings(data=tmp_path, token="a-token-for-the-scenario", database_url=None)
+    with SimulationProcess.start(store.world, seed=1, speed=None) as simulation:
+        running = RunningWorld(
+            file=store.world, link=simulation.link, clock=simulation, rate=None, run=simulation.run
+        )
+        with Service(settings, [running], worker=ScriptedWorker(net)) as service:
+            request = GoalRequest(world="sample_store", text="move sample_1 to bay_7", auto_approve=True)
+            mission_id = mission_of(service, service.goals.submit(request, actor="scenario").id)
+            mission, scripts = service.missions.get(mission_id)
+            truth = simulation.truth()
+    assert mission.state == MissionState.COMPLETED, mission.reason
+    assert truth.samples["sample_1"].ref == "bay_7"
+    by_robot = {script.robot: script for script in scripts}
+    assert not any(packet["awaits"] for packet in by_robot["store_2"].body["packets"])
+    assert by_robot["store_2"].cleared == [release]
+    ended_s = by_robot["yard_1"].packets[release]["finished_at_s"]
+    assert by_robot["store_2"].packets[dock]["started_at_s"] >= ended_s
+    assert mission.contradictions == []

@@ -114,6 +114,24 @@ def test_a_robot_that_says_otherwise_changes_the_world_and_one_that_repeats_itse
     assert "can(yard_1, DOCK)" in facts(api)
 
 
+def test_a_robot_says_what_it_senses(
+    api: TestClient, team: FakeTeam, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(factsheets, "MIN_INTERVAL_S", 0.0)
+    assert "in" in robot(api, "yard_1")["senses"]
+    assert announced(team, "yard_1", sheet(number=1, senses=())) is FactsheetState.IN_FORCE
+    (made,) = api.get(CHANGES).json()["items"]
+    assert made["reason"] == "yard_1 announced itself: senses"
+    assert robot(api, "yard_1")["senses"] == []
+    assert robot(api, "yard_1")["factsheet"]["sheet"]["senses"] == []
+    assert announced(team, "yard_1", sheet(number=2)) is FactsheetState.IN_FORCE
+    assert robot(api, "yard_1")["senses"] == [], "what is left out stays"
+    assert announced(team, "yard_1", sheet(number=3, senses=("in", "clear"))) is FactsheetState.IN_FORCE
+    assert robot(api, "yard_1")["senses"] == ["clear", "in"]
+    assert announced(team, "yard_1", sheet(number=4, senses=("smell",))) is FactsheetState.REFUSED
+    assert "unknown predicate 'smell'; choices: " in robot(api, "yard_1")["factsheet"]["reason"]
+
+
 def test_a_simulated_robot_does_not_take_back_what_its_world_has_yet_to_take_up(
     api: TestClient, team: FakeTeam
 ) -> None:
