@@ -240,7 +240,7 @@ class Run:
             self._step()
         return Result(
             seed=self.seed,
-            faults=tuple(self._wrong()),
+            faults=tuple(self.wrong()),
             failed=tuple(f"{one}: {why}" for one, why in self.stub.reasons.items() if self._has_failed(one)),
             restarts=self.restarts,
             messages=self.to_vehicle.sent + self.to_master.sent,
@@ -312,7 +312,7 @@ class Run:
         if topic is not Topic.CONNECTION:  # of which `_maybe_cut` tells
             self.driver.heard(decode(VEHICLE, topic, payload))
 
-    def _wrong(self) -> Iterator[str]:
+    def wrong(self) -> Iterator[str]:
         """What must never be."""
         done = Counter[str]()
         for action, times in self.vehicle.deeds.items():

@@ -96,6 +96,7 @@ class SteppedVehicle:
         self._running: Running | None = None
         self._errors: list[VehicleError] = []
         self._is_cancelled = False
+        self._is_blocked = False
         self._paused = False
         self._driving = False
         self._published_s = float("-inf")
@@ -219,6 +220,7 @@ class SteppedVehicle:
 
     def _begin(self, order: Order) -> None:
         self._is_cancelled = False
+        self._is_blocked = False
         self._errors = []
         self._states = {}
         self._order = order
@@ -311,6 +313,26 @@ class SteppedVehicle:
         self.mode = mode
         self._changed = True
 
+    def raise_error(self, error: VehicleError, *, stops: bool = True) -> None:
+        """Show an error, and stand still if it is one with which no order goes on."""
+        self._errors.append(error)
+        self._is_blocked |= stops and error.error_level.stops_the_order
+        self._changed = True
+
+    def pause_by_hand(self) -> None:
+        self._paused = True
+        self._changed = True
+
+    def forget_orders(self) -> None:
+        """As after a restart of the vehicle."""
+        self._order = None
+        self._last = None
+        self._decision = None
+        self._nodes, self._edges, self._queue = [], [], []
+        self._states, self._instant = {}, {}
+        self._running = None
+        self._changed = True
+
     # What it does
 
     @property
@@ -358,7 +380,7 @@ class SteppedVehicle:
         if action.action_type in self.fails:
             self._set(action, ActionStatus.FAILED)
             reference = Reference(reference_key="actionId", reference_value=action.action_id)
-            self._errors.append(
+            self.raise_error(
                 VehicleError(
                     error_type=f"{action.action_type}Error",
                     error_level=ErrorLevel.CRITICAL,
@@ -381,8 +403,13 @@ class SteppedVehicle:
         self._set(action, ActionStatus.FINISHED)
 
     def _drive(self, left_s: float) -> None:
-        has_failed = any(one.error_level.stops_the_order for one in self._errors)
-        while left_s > 0 and self._nodes and self._nodes[0].released and not has_failed and not self._queue:
+        while (
+            left_s > 0
+            and self._nodes
+            and self._nodes[0].released
+            and not self._is_blocked
+            and not self._queue
+        ):
             at = self._nodes[0].node_position
             assert at is not None
             away_m = dist((self.x, self.y), (at.x, at.y))

@@ -349,7 +349,6 @@ def _supported_written(action: Json) -> Json:
     now = _renamed(action, _back(_SUPPORTED))
     now.pop("pauseAllowed", None)
     now.pop("cancelAllowed", None)
-    if isinstance(now.get("blockingTypes"), list):
-        kept = {_BLOCKING_BACK.get(one, one) for one in now["blockingTypes"]}
-        now["blockingTypes"] = sorted(kept)
+    # NOTE: by the published schema of 2.1 no list of blocking types is valid; they are optional.
+    now.pop("blockingTypes", None)
     return now
