@@ -13,6 +13,7 @@ from fastapi import FastAPI
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.battery_record import BatteryRecord
 from app.agents.edition_delivery import EditionDelivery
+from app.agents.foreign_states import ForeignStates
 from app.agents.impersonation import Impersonations, KeyFile
 from app.agents.robot_directory import RobotDirectory
 from app.agents.running_world import AnnouncesWorld, RejectsMessages, RunningWorld, WorldHost
@@ -421,6 +422,7 @@ class Service:
             has_lease=drives_world,
             each_turn=partial(_call_all, (self._files.follow, each_turn)),
             factsheets=self.factsheets,
+            foreign=ForeignStates(self.core, worlds=self._files, board=self.board, world=name).due,
             editions=EditionDelivery(
                 self.core,
                 self._files,

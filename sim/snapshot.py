@@ -177,6 +177,19 @@ class Rock:
     radius_m: float
 
 
+class ForeignSnapshot(State):
+    """What robots that are not simulated have told: their poses, and where each sample is that they have moved.
+
+    `moved`: a place or a robot, and the time of that.
+    """
+
+    version: int = 0
+    robots: dict[str, Pose] = {}
+    moved: dict[str, tuple[str, float]] = {}
+    carried: dict[str, str] = {}
+    """Sample to the robot that holds it."""
+
+
 class WorldSnapshot(State):
     """A world at a tick of its clock. `told`: the start poses the robots were told; `robots`: their memories.
 
@@ -202,6 +215,7 @@ class WorldSnapshot(State):
     touched: frozenset[str]
     robots: dict[str, RobotMemory]
     peripherals: dict[str, PeripheralState] = Field(default_factory=dict)
+    foreign: ForeignSnapshot = ForeignSnapshot()
 
     def only(self, *, robots: Collection[str], samples: Collection[str]) -> "WorldSnapshot":
         """Without what no longer belongs to the world. A sample whose holder goes is left where it is."""

@@ -33,6 +33,7 @@ from robots.wire import (
     Factsheet,
     FactsheetAnswer,
     FactsheetState,
+    ForeignState,
     Message,
     NotUnderstood,
     Performative,
@@ -123,6 +124,7 @@ class AgentModels:
         each_turn: Callable[[], None] = lambda: None,
         editions: EditionDelivery | None = None,
         factsheets: FactsheetKeeper | None = None,
+        foreign: Callable[[], ForeignState | None] = lambda: None,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
@@ -135,6 +137,7 @@ class AgentModels:
         :param each_turn: called in each turn of the loop, before messages are received.
         :param editions: tells the world of its changes; None: it never changes.
         :param factsheets: of robots that announce themselves; None: nobody answers them.
+        :param foreign: what the world is to be told now of robots that it does not simulate.
         """
         self._links = robots
         self._world = world
@@ -157,6 +160,7 @@ class AgentModels:
         self._each_turn = each_turn
         self._editions = editions
         self._factsheets = factsheets
+        self._foreign = foreign
         self._wall = wall
         self._served: Mapping[str, LinkSpec] = {}
         self._serve(robots())
@@ -195,6 +199,8 @@ class AgentModels:
                 self._ask()
                 now_s = self._wall.monotonic_s()
                 has_lease = self._has_lease()
+                if has_lease and (foreign := self._foreign()) is not None:
+                    self._communications.send(WORLD, Performative.INFORM, foreign)
                 if now_s >= readmit_s and has_lease:
                     readmit_s = now_s + DELIVER_S  # first: a failure below must not hold up messages
                     self._readmit()

@@ -281,6 +281,28 @@ class WorldChange(Wire):
     world: dict[str, Any]
 
 
+class MovedSample(Wire):
+    """Where a robot that the world's fleet does not simulate has left a sample, or that it holds it (`place`)."""
+
+    sample: str
+    place: str
+    at_s: float
+
+
+class ForeignState(Wire):
+    """Service to a world: what robots that it does not simulate have told (inform).
+
+    It is the whole state, sent again and again: what is missing is not known. `version` counts the changes of facts:
+    one with a lower version is outdated. `robots`: their poses, x and y in metres, heading in radians. `samples`: those
+    that such a robot was the last to move.
+    """
+
+    kind: Literal["foreign_state"] = "foreign_state"
+    version: int = Field(ge=0)
+    robots: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
+    samples: tuple[MovedSample, ...] = ()
+
+
 class WorldEdition(Wire):
     """World to service: the edition that it is now at (agree), or why it refuses the one asked for (refuse)."""
 
@@ -322,6 +344,7 @@ KnownBody = Annotated[
     | Receipt
     | WorldChange
     | WorldEdition
+    | ForeignState
     | NotUnderstood
     | Telemetry,
     Field(discriminator="kind"),

@@ -121,6 +121,8 @@ class Scene:
         shape = bullet.rover(
             self.client, height_m=ROVER_HEIGHT_M, jaws_m=LIFTED_M, half_width_m=SAMPLE_RADIUS_M
         )
+        self._rover_shape = shape
+        self._foreign: dict[str, int] = {}
         self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
         self._samples = {name: self._add_sample(placed) for name, placed in samples.items()}
         self._names = tuple(samples)
@@ -182,6 +184,19 @@ class Scene:
     def put_rover(self, rover: str, pose: Pose) -> None:
         """Stand a rover somewhere else at once."""
         self._place(self._rovers[rover], (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2), pose.heading_rad)
+
+    def put_foreign(self, robot: str, pose: Pose) -> None:
+        """Stand a robot that is not simulated somewhere: too heavy to be pushed, and shaped as a rover (our choice)."""
+        middle = (pose.x_m, pose.y_m, ROVER_HEIGHT_M / 2)
+        if robot in self._foreign:
+            self._place(self._foreign[robot], middle, pose.heading_rad)
+        else:
+            body = self._add(0.0, self._rover_shape, middle, pose.heading_rad)
+            self._collide(body, ROVERS, MOVABLE)
+            self._foreign[robot] = body
+
+    def remove_foreign(self, robot: str) -> None:
+        self.remove(self._foreign.pop(robot))
 
     def make_intangible(self, rover: str) -> None:
         """From now on the rover only marks its pose: it collides with nothing, and no ray hits it."""
@@ -297,7 +312,7 @@ class Scene:
 
     def picture(self, rover: str, *, width: int, height: int, view_deg: float) -> Pixels:
         """What a rover's camera sees straight ahead, without the rover itself."""
-        colours = dict.fromkeys(self._rovers.values(), ROVER_COLOUR)
+        colours = dict.fromkeys([*self._rovers.values(), *self._foreign.values()], ROVER_COLOUR)
         colours |= dict.fromkeys(self._samples.values(), SAMPLE_COLOUR)
         del colours[self._rovers[rover]]
         bodies = [*colours, *self._solid]

@@ -25,6 +25,8 @@ BEARING_SIGMA_RAD = radians(0.5)
 ASPECT_SIGMA_RAD = radians(1.0)
 _EDGE_M = RADIUS_M + 0.002  # rays start just outside the body they belong to
 
+NOWHERE = Pose(x_m=0.0, y_m=0.0, heading_rad=0.0)
+
 Rngs = Mapping[str, np.random.Generator]
 Floats = NDArray[np.float64]
 
@@ -92,26 +94,32 @@ class Whiskers:
 class InfraRed:
     """The beacon sensors of all rovers, read in one batch.
 
-    Emitters are beacons, rovers and the samples' tags, in this order. A rover sees the beacons of its reach, the other
-    rovers, and every tag that is near enough and not hidden in its own jaws. A compact sample's tag has no axis; a
-    long one's, at its middle, emits to both sides.
+    Emitters are beacons, rovers, the samples' tags and robots that are not simulated, in this order. A rover sees the
+    beacons of its reach, the other robots, and every tag that is near enough and not hidden in its own jaws. A compact
+    sample's tag has no axis; a long one's, at its middle, emits to both sides.
 
     :param beacons: the places; each has a beacon that emits along its approach directions.
     :param reach: the names of the beacons that each rover knows.
+    :param foreign: the robots that are not simulated.
     """
 
     def __init__(
-        self, beacons: Sequence[Location], reach: Mapping[str, Collection[str]], samples: Sequence[Sample]
+        self,
+        beacons: Sequence[Location],
+        reach: Mapping[str, Collection[str]],
+        samples: Sequence[Sample],
+        foreign: Sequence[str] = (),
     ) -> None:
         self._rovers = {rover: row for row, rover in enumerate(reach)}
         names = [sample.name for sample in samples]
-        self._identities = [*(beacon.name for beacon in beacons), *reach, *names]
+        self._identities = [*(beacon.name for beacon in beacons), *reach, *names, *foreign]
+        self._foreign = tuple(foreign)
         self._tags = {name: len(beacons) + len(reach) + n for n, name in enumerate(names)}
         self._long = [sample.name for sample in samples if sample.length_m]
         self._fixed = np.array([beacon.at for beacon in beacons]).reshape(-1, 2)
         self._axes_rad = _padded_rad([beacon.approach_deg for beacon in beacons], len(self._identities))
         self._reach_m = np.full(len(self._identities), inf)
-        self._reach_m[len(beacons) + len(reach) :] = TAG_RANGE_M
+        self._reach_m[list(self._tags.values())] = TAG_RANGE_M
         self._known = np.ones((len(reach), len(self._identities)), np.bool_)
         for row, known in enumerate(reach.values()):
             self._known[row, : len(beacons)] = [beacon.name in known for beacon in beacons]
@@ -126,10 +134,12 @@ class InfraRed:
         rngs: Rngs,
         running: Collection[str],
         hidden: Iterable[tuple[str, str]],
+        foreign: Mapping[str, Pose] | None = None,
     ) -> dict[str, Sightings]:
         """Sightings by rover whose sensor runs.
 
         :param hidden: rovers and the samples in their jaws whose tags they do not see.
+        :param foreign: where robots that are not simulated are, as far as that is known.
         """
         if not self._rovers or (not running and self._has_read):  # the first call compiles, even for nothing
             return {}
@@ -137,6 +147,12 @@ class InfraRed:
         at = _rows(poses.values())
         emitters_at = np.concatenate([self._fixed, at[:, :2], scene.sample_points()[:, :2]])
         known = self._known & np.array([[rover in running] for rover in self._rovers])
+        if self._foreign:
+            there = foreign or {}
+            emitters_at = np.concatenate(
+                [emitters_at, _rows(there.get(n, NOWHERE) for n in self._foreign)[:, :2]]
+            )
+            known[:, -len(self._foreign) :] &= np.array([name in there for name in self._foreign])
         for rover, sample in hidden:
             known[self._rovers[rover], self._tags[sample]] = False
         for sample in self._long:

@@ -65,7 +65,10 @@ class Placement:
         starts = StartPoses(
             world=world, panels=panels, rocks=snapshot.rocks, rng=rng, jitter_m=ADDED_JITTER_M
         )
-        rovers = starts.draw(snapshot.rovers)
+        # A robot that was foreign until now goes on where it was last reported.
+        simulated = {spec.name for spec in world.simulated}
+        reported = {name: pose for name, pose in snapshot.foreign.robots.items() if name in simulated}
+        rovers = starts.draw({**reported, **snapshot.rovers})
         told = {name: told_pose(pose, rng) for name, pose in rovers.items() if name not in snapshot.told}
         new = placed_samples(world, [one for one in samples if one.name not in lying], rng)
         return cls(

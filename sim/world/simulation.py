@@ -12,7 +12,7 @@ import numpy as np
 from robots.executive.memory import RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose, Readings, Sensor
-from robots.wire import WORLD, Message, Performative, WorldChange, WorldEdition
+from robots.wire import WORLD, ForeignState, Message, Performative, WorldChange, WorldEdition
 from robots.world import Edition, RobotSpec, Sample, WorldFile, digest_of
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, SimulatedBody, make_bodies
@@ -24,6 +24,7 @@ from sim.snapshot import SampleState, StreamState, WorldSnapshot
 from sim.truth import SampleTruth, Truth, place_at
 from sim.world.agent import Agent, AgentFactory, AgentSetup
 from sim.world.agent_group import AgentGroup, LocalGroup, RemoteGroup
+from sim.world.foreign import ForeignRobots
 from sim.world.hub import Hub
 from sim.world.peripherals import Peripherals
 from sim.world.placement import Placement
@@ -115,7 +116,9 @@ class Simulation:
         self._jaws = Jaws(self.scene, names, self._placement.samples)
         self._whiskers = Whiskers(world.simulated)
         reach = {spec.name: {place.name for place in world.reach_of(spec)} for spec in world.simulated}
-        self._infra_red = InfraRed(world.places, reach, self._samples)
+        foreign = [spec.name for spec in world.robots if spec.external]
+        self._infra_red = InfraRed(world.places, reach, self._samples, foreign)
+        self._foreign = ForeignRobots(world, self._samples, self.scene, self._jaws, foreign)
         self.bodies = make_bodies(
             world.simulated,
             scene=self.scene,
@@ -128,6 +131,7 @@ class Simulation:
         self._touched: set[str] = set()
         if snapshot is not None:
             self._restore(snapshot)
+            self._foreign.restore(snapshot.foreign)
         self._sense()
         memories = snapshot.robots if snapshot else {}
         setups = [self._agent_setup(spec, memories.get(spec.name)) for spec in world.simulated]
@@ -207,6 +211,7 @@ class Simulation:
             touched=frozenset(self._touched),
             robots=self._memories(),
             peripherals=self.peripherals.snapshot(),
+            foreign=self._foreign.snapshot(),
         )
 
     def _restore(self, snapshot: WorldSnapshot) -> None:
@@ -275,8 +280,10 @@ class Simulation:
         self._jaws.drop(sample)
 
     def _answer(self, message: Message) -> None:
-        """Take up the edition that the service asks for, if it is later than the present one."""
+        """Follow what the service tells of foreign robots; take up the edition that it asks for, if that is later."""
         asked = message.body
+        if isinstance(asked, ForeignState):
+            self._foreign.take(asked)
         if not isinstance(asked, WorldChange):
             return
         reason = ""
@@ -316,7 +323,7 @@ class Simulation:
         return AgentSetup(
             spec=spec,
             reach=self.world.reach_of(spec),
-            others=tuple(other for other in self.bodies if other != spec.name),
+            others=tuple(other for other in (*self.bodies, *self._foreign.names) if other != spec.name),
             samples=frozenset(one.name for one in self.world.samples),
             zones=self.world.zones,
             lengths_m=self.world.lengths_m,
@@ -354,7 +361,12 @@ class Simulation:
             body.update_odometry(poses[name])
         ranges = self._whiskers.read(self.scene, poses, self._rngs, self._bodies_running(Sensor.ULTRASONIC))
         seen = self._infra_red.read(
-            self.scene, poses, self._rngs, self._bodies_running(Sensor.INFRA_RED), self._jaws.hidden_tags()
+            self.scene,
+            poses,
+            self._rngs,
+            self._bodies_running(Sensor.INFRA_RED),
+            self._jaws.hidden_tags(),
+            self._foreign.poses,
         )
         grippers = self._jaws.states(self._bodies_running(Sensor.GRIPPER))
         for name, body in self.bodies.items():
@@ -378,7 +390,7 @@ class Simulation:
 
     def _sample_truth(self, sample: Sample) -> SampleTruth:
         x, y, _ = self.scene.sample_point(sample.name)
-        holders = self._jaws.holders(sample.name)
+        holders = self._jaws.holders(sample.name) or self._foreign.holders(sample.name)
         return SampleTruth(
             x_m=x,
             y_m=y,

@@ -3,7 +3,7 @@
 from pydantic import Field
 
 from robots.data import StrEnum
-from robots.wire import Factsheet, Message, ScriptRequest, SetPoint, Telemetry
+from robots.wire import Factsheet, ForeignState, Message, ScriptRequest, SetPoint, Telemetry
 from robots.wire.script import Wire
 
 ROOT = "macta/v1"
@@ -50,8 +50,8 @@ def channel_of(message: Message) -> Channel:
 
 
 def qos_of(message: Message) -> int:
-    """At most once for set-points, which must not wait for their robot at the broker."""
-    return AT_MOST_ONCE if isinstance(message.body, SetPoint) else channel_of(message).qos
+    """At most once for set-points, which must not wait for their robot at the broker, and poses for a world."""
+    return AT_MOST_ONCE if isinstance(message.body, SetPoint | ForeignState) else channel_of(message).qos
 
 
 def robot_topic(world: str, robot: str, channel: Channel) -> str:
