@@ -165,10 +165,15 @@ class ReportBody(BaseModel):
     tag: str
     state: str
     at_s: float | None = Field(description="world's clock; null: it has reported nothing of it")
+    holding: str = Field(
+        default="", description="what its telemetry showed it to hold; empty if it is no telemetry"
+    )
 
 
 class ContradictionBody(BaseModel):
-    """Two reports on a plan that do not fit together: `later` began before `earlier` had ended, or had begun."""
+    """Two reports on a plan that do not fit together: `later` began before `earlier` had ended, or had begun, or both
+    hold the same thing.
+    """
 
     plan_id: str
     earlier: ReportBody

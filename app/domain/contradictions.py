@@ -5,19 +5,20 @@ brings about begins after that one has begun, for a fact may come true before th
 about. A part that its robot reports to have begun earlier contradicts the other robot's report.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from planner import Keeping, Ordering, PlanNet
-from robots.wire import PacketState
+from robots.wire import PacketState, Telemetry
 
 CLOCKS_S = 1.5
 """World seconds by which the clocks of two robots may differ (our choice)."""
 HELD_S = 30.0
 """World seconds for which a report is held back until the one that it contradicts without has come (our choice)."""
-
+HANDED_OVER_S = 5.0
+"""World seconds that it takes at least to bring a thing on and have another robot grip it (our choice)."""
 BEGUN = frozenset(PacketState) - {PacketState.WAITING, PacketState.INITIALIZING}
 
 Parts = Mapping[tuple[str, str], Mapping[str, Any]]
@@ -30,6 +31,7 @@ class Told:
     """What a robot has reported of its part of an action.
 
     :param at_s: world's clock; None: it has reported nothing of it, and `state` is `waiting`.
+    :param holding: what its telemetry shows it to hold then; empty if this is no telemetry.
     """
 
     robot: str
@@ -37,9 +39,12 @@ class Told:
     tag: str
     state: PacketState
     at_s: float | None
+    holding: str = ""
 
     def __str__(self) -> str:
         what = f"{self.packet} {self.tag}"
+        if self.holding and self.at_s is not None:
+            return f"{self.robot} holds {self.holding} by its telemetry at {self.at_s:.1f} s"
         if self.at_s is None:
             return f"{self.robot} has reported nothing of {what}"
         verb = {PacketState.RUNNING: "begun", PacketState.FINISHED: "ended"}.get(self.state)
@@ -72,6 +77,8 @@ class Contradiction:
 
     def __str__(self) -> str:
         order = f"{self.later.packet} comes after {self.earlier.packet}"
+        if self.earlier.holding:
+            order = "only one of them can"
         return f"the reports of {self.later.robot} and {self.earlier.robot} contradict each other: " + (
             f"{self.later}, but {self.earlier}; {order}"
         )
@@ -97,6 +104,26 @@ def contradictions(net: PlanNet, parts: Parts, *, plan_id: str) -> Sequence[Cont
         for ordering in net.orderings
         for earlier, later in _contradicting(net, ordering, parts)
     ]
+
+
+def gripped_alone(net: PlanNet, action: str, robot: str) -> frozenset[str]:
+    """What the action puts into the robot's gripper and no other holds then."""
+    known = net.action(action)
+    places = [fact for fact in known.preconditions if fact.predicate == OBJECT_POSITION]
+    shared = {fact.args[0] for fact in places if fact.args[2] in net.robots}
+    return frozenset(
+        fact.args[0]
+        for fact in known.effects
+        if fact.predicate == OBJECT_POSITION and fact.args[2] == robot and fact.args[0] not in shared
+    )
+
+
+def shows_holder(telemetry: Telemetry, things: Collection[str], at_s: float) -> bool:
+    """True if a robot's telemetry shows it to hold what another has gripped just before.
+
+    Later telemetry shows nothing: the thing may have been handed over.
+    """
+    return telemetry.holding in things and at_s < telemetry.at_s <= at_s + HANDED_OVER_S
 
 
 def told_of(net: PlanNet, parts: Parts, action: str, robot: str) -> Told:

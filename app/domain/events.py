@@ -335,13 +335,17 @@ class MissionStuck(MissionEvent, type="mission.stuck"):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContradictingReport:
-    """What a robot has reported of a packet; without a time it has reported nothing of it."""
+    """What a robot has reported of a packet; without a time it has reported nothing of it.
+
+    :param holding: what its telemetry showed it to hold; empty if this is no telemetry.
+    """
 
     robot: str
     packet: str
     tag: str
     state: PacketState
     at_s: float | None
+    holding: str = ""
 
 
 class ReportsContradict(MissionEvent, type="mission.reports_contradict"):

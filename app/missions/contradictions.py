@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.contradictions import Contradiction, Parts, contradictions
+from app.domain.contradictions import CLOCKS_S, Contradiction, Parts, Told, contradictions
 from app.domain.events import ContradictingReport, ReportsContradict
 from app.domain.lifecycles.mission import MissionState
 from app.domain.world_model import belief_change
@@ -22,6 +22,7 @@ class ContradictionRecord:
         self._events = core.events
         self._facts = core.facts
         self._plan_nets = core.plan_nets
+        self._workflows = core.workflows
 
     def note(self, session: Session, mission: MissionRow, scripts: Sequence[ScriptRow]) -> None:
         """Record contradictions that are new: the places of what they are about are no longer believed.
@@ -29,8 +30,34 @@ class ContradictionRecord:
         :param scripts: all of the plan that the mission carries out now.
         """
         net = self._plan_nets.of(session, mission.plan_id)
+        self._add(session, mission, contradictions(net, parts_of(scripts), plan_id=mission.plan_id))
+
+    def note_rival(
+        self, session: Session, mission: MissionRow, script: ScriptRow, report: PacketReport, rival: Told
+    ) -> None:
+        """Record that a robot reports to have gripped what another's telemetry shows it to hold afterwards.
+
+        Telemetry within what two robots' clocks may differ by shows nothing.
+        """
+        if rival.at_s is None or rival.at_s - report.at_s <= CLOCKS_S:
+            return
+        action = self._plan_nets.of(session, mission.plan_id).action(report.packet_id)
+        later = Told(
+            robot=script.robot,
+            packet=report.packet_id,
+            tag=action.tag,
+            state=report.state,
+            at_s=report.at_s,
+        )
+        one = Contradiction(plan_id=mission.plan_id, earlier=rival, later=later, things=(rival.holding,))
+        if all(one.later != old.later for old in recorded(mission)):
+            self._add(session, mission, [one])
+            self._workflows.wake(
+                session, mission.workflow, f"contradiction:{report.packet_id}:{script.robot}"
+            )
+
+    def _add(self, session: Session, mission: MissionRow, found: Iterable[Contradiction]) -> None:
         known = {one.key for one in recorded(mission)}
-        found = contradictions(net, parts_of(scripts), plan_id=mission.plan_id)
         for one in found:
             if one.key in known:
                 continue
@@ -94,7 +121,12 @@ def _event(mission: MissionRow, one: Contradiction) -> ReportsContradict:
         subject=mission.id,
         reports=tuple(
             ContradictingReport(
-                robot=told.robot, packet=told.packet, tag=told.tag, state=told.state, at_s=told.at_s
+                robot=told.robot,
+                packet=told.packet,
+                tag=told.tag,
+                state=told.state,
+                at_s=told.at_s,
+                holding=told.holding,
             )
             for told in one.reports
         ),

@@ -6,7 +6,7 @@ from sqlalchemy.orm import Session
 
 from app.agents import RobotBoard
 from app.core import Core
-from app.domain.contradictions import told_of
+from app.domain.contradictions import Told, gripped_alone, shows_holder, told_of
 from app.domain.lifecycles.script import has_terminated
 from app.domain.plausibility import (
     PLACE_M,
@@ -89,12 +89,39 @@ class Plausibility:
             if out_of_order:
                 return out_of_order
         if script is not None and (packet := finished_by(report, script)) is not None:
-            return self._doubt_of_finish(
+            doubt = self._doubt_of_finish(
                 session, script, packet, world=world, at_s=report.at_s, now_s=now_s, lag_s=lag_s
             )
+            rival = None if doubt else self.rival_holder(session, report, script, scripts)
+            return f"reports to hold {rival.holding} at {report.at_s:.1f} s, but {rival}" if rival else doubt
         if isinstance(report, PacketReport):  # its percepts are not used, because its script goes on
             return ""
         return self._doubt_of_percepts(message.sender, report.perceived, report.at_s, world=world)
+
+    def rival_holder(
+        self, session: Session, report: object, script: ScriptRow, scripts: Sequence[ScriptRow]
+    ) -> Told | None:
+        """Another robot at work for the plan whose telemetry shows it to hold what this one reports to have gripped.
+
+        :param scripts: all of the plan.
+        """
+        if not isinstance(report, PacketReport) or (packet := finished_by(report, script)) is None:
+            return None
+        things = gripped_alone(self._plan_nets.of(session, script.plan_id), packet, script.robot)
+        for other in scripts if things else ():
+            if other.robot == script.robot or has_terminated(other):
+                continue
+            said = self._board.view(other.robot).telemetry
+            if said is not None and said.holding and shows_holder(said, things, report.at_s):
+                return Told(
+                    robot=other.robot,
+                    packet=said.packet_id or "",
+                    tag=said.packet_tag or "",
+                    state=said.packet_state or PacketState.WAITING,
+                    at_s=said.at_s,
+                    holding=said.holding,
+                )
+        return None
 
     def doubt_of_sample(self, robot: str, report: SampleReport, world: str) -> str:
         """Why a report of an unknown sample is implausible; empty if it is plausible."""

@@ -214,6 +214,9 @@ class MissionReports:
         """Note an implausible report, and wake its mission to query the robot."""
         note_claim(message.body, subject.script, subject.scripts)
         is_open = subject.is_current and not has_ended(subject.mission)
+        rival = self._plausibility.rival_holder(session, message.body, subject.script, subject.scripts)
+        if is_open and rival is not None and isinstance(message.body, PacketReport):
+            self._contradictions.note_rival(session, subject.mission, subject.script, message.body, rival)
         if is_open and doubt(subject.script, why):
             logger.warning("report held back as implausible: %s %s", message.sender, why)
             self._workflows.wake(session, subject.mission.workflow, new_id("doubt"))

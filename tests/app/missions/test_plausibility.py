@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from app.agents.agent_models import Reception
+from app.domain.contradictions import CLOCKS_S
 from app.domain.world_model.beliefs import Facts
 from app.store import ScriptRow
 from app.store.migrate import migrate
@@ -108,13 +109,13 @@ class Mission:
             perceived=tuple(perceived),
         )
 
-    def tell(self, robot: str, place: str, packet: int | None = None) -> None:
+    def tell(self, robot: str, place: str, packet: int | None = None, *, holding: str | None = None) -> None:
         """The robot's telemetry arrives.
 
         :param packet: the one of its script that is under way.
         """
         x_m, y_m = STORE.world.location(place).at
-        told = Telemetry(at_s=self.clock.now_s(), x_m=x_m, y_m=y_m, heading_rad=0.0)
+        told = Telemetry(at_s=self.clock.now_s(), x_m=x_m, y_m=y_m, heading_rad=0.0, holding=holding)
         if packet is not None:
             under_way = {
                 "script_id": self.script(robot).id,
@@ -266,3 +267,33 @@ def test_what_a_mission_that_is_paused_is_told_is_looked_into_when_it_goes_on(mi
     assert mission.stands[0] == "paused"
     mission.services.missions.resume(mission.id, "operator", "")
     assert mission.stands[0] == "unknown"
+
+
+@pytest.mark.parametrize("held_on_s", [0.0, 1.0, 3.0])
+def test_two_robots_do_not_hold_one_sample(mission: Mission, held_on_s: float) -> None:
+    """The one that reports to have gripped it, while the other's telemetry still shows it: for long, or just now."""
+    mission.clock.advance(500.0)
+    for index in range(4):
+        mission.say("yard_1", mission.packet("yard_1", index, PacketState.RUNNING))
+    claim = mission.message("store_2", mission.packet("store_2", 1))
+    mission.clock.advance(held_on_s)
+    mission.tell("yard_1", "interchange_2", packet=3, holding="sample_1")
+    held_back = mission.services.reports.record(claim, WORLD) is Reception.HELD_BACK
+    assert held_back == (held_on_s > 0)
+    state, reason = mission.stands
+    shown = mission.services.mission(mission.id).contradictions
+    if held_on_s <= CLOCKS_S:
+        assert state == ("unknown" if held_back else "running")
+        assert shown == []
+        mission.tell("yard_1", "interchange_2", packet=3)
+        assert held_back <= (mission.services.reports.record(claim, WORLD) is Reception.RECORDED)
+        return
+    assert state == "recovering"
+    assert (
+        "store_2 reports to have ended a6 DOCK at 1500.0 s, but yard_1 holds sample_1 by its telemetry"
+        in reason
+    )
+    assert [one["things"] for one in shown] == [["sample_1"]]
+    assert not any(
+        fact.args[0] == "sample_1" for fact in mission.facts if fact.predicate == "object_position"
+    )
