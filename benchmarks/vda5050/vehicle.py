@@ -120,6 +120,8 @@ class SteppedVehicle:
         return VehicleFactsheet(
             type_specification=TypeSpecification(
                 series_name="stepped",
+                mobile_robot_kinematics="OMNIDIRECTIONAL",
+                mobile_robot_kinematic="OMNIDIRECTIONAL",
                 mobile_robot_class="CARRIER",
                 maximum_load_mass=5.0,
                 localization_types=("NATURAL",),

@@ -364,11 +364,12 @@ class Visualization(Headed):
 
 
 class TypeSpecification(Part):
-    """A vehicle's kind."""
+    """A vehicle's kind. The schema of 3.0.0 requires `mobileRobotKinematic` and describes `mobileRobotKinematics`."""
 
     series_name: str = ""
     series_description: str | None = None
     mobile_robot_kinematics: str | None = None
+    mobile_robot_kinematic: str | None = None
     mobile_robot_class: str = ""
     maximum_load_mass: float = 0.0
     localization_types: tuple[str, ...] = ()

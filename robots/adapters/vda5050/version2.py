@@ -321,6 +321,7 @@ def _type_read(kind: Json) -> Json:
 def _type_written(kind: Json) -> Json:
     now = _mapped(_renamed(kind, _back(_TYPE)), "agvKinematic", _back(_KINEMATICS))
     now.setdefault("agvKinematic", "DIFF")
+    now.pop("mobileRobotKinematic", None)
     if isinstance(now.get("navigationTypes"), list):
         now["navigationTypes"] = [_back(_NAVIGATION).get(one, one) for one in now["navigationTypes"]]
     return now
