@@ -17,6 +17,7 @@ from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
+from app.domain.world_model.beliefs import SOLID
 from app.domain.world_model.layout import layout_of
 from app.missions.ending import end_mission
 from app.planning.hold_service import end_spans
@@ -62,9 +63,14 @@ def start_world_run(
     source = f"world file {world.name}"
     if row.run in (run, UNKNOWN_RUN):
         row.run = run
-        core.facts.numbers.complete(
-            session, world, core.facts.facts(session, world.name), source=source, at_s=0.0
-        )
+        known = core.facts.facts(session, world.name)
+        # An earlier version did not record which robots are solid.
+        solid = {
+            fact for fact in initial_facts(world, core.knowledge_base) if fact.predicate == SOLID
+        } - known
+        if solid:
+            core.facts.change(session, world.name, add=solid, source=source, at_s=0.0)
+        core.facts.numbers.complete(session, world, known | solid, source=source, at_s=0.0)
         return True
     row.run = run
     for table in (FactRow, NumberRow):

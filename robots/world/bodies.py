@@ -1,6 +1,6 @@
 """A robot's body in a world file: its kind alone (`body: wheeled`), or its kind with parameters to override."""
 
-from typing import Annotated, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field
 
@@ -13,6 +13,9 @@ Kind = Literal["velocity", "wheeled", "avatar"]
 
 class Ramps(Checked):
     """The accelerations of a body without wheels."""
+
+    is_solid: ClassVar[bool] = True
+    """Whether it bears real objects."""
 
     acceleration_m_s2: float = Field(default=1.0, gt=0, le=20)
     turn_acceleration_rad_s2: float = Field(default=6.0, gt=0, le=100)
@@ -28,6 +31,7 @@ class AvatarBodySpec(Ramps):
     """A virtual robot: no physical body; others pass through it, and it stops at walls by checking the map."""
 
     kind: Literal["avatar"] = "avatar"
+    is_solid: ClassVar[bool] = False
 
 
 class WheeledBodySpec(Checked):
@@ -39,6 +43,7 @@ class WheeledBodySpec(Checked):
     """
 
     kind: Literal["wheeled"] = "wheeled"
+    is_solid: ClassVar[bool] = True
     base_m: float = Field(default=0.36, ge=0.1, le=0.44)
     radius_m: float = Field(default=0.07, ge=0.02, le=0.2)
     speed_rad_s: float = Field(default=14.0, gt=0, le=200)
@@ -67,8 +72,11 @@ class WheeledBodySpec(Checked):
 class PackageBodySpec(PackagePartSpec):
     """A body of an installed package: a subclass, registered as `macta.bodies` under its kind, adds its parameters.
 
-    The simulation makes the body with the subclass's `make_body` (`sim.bodies.factory.MakesBody`).
+    The simulation makes the body with the subclass's `make_body` (`sim.bodies.factory.MakesBody`). One that is virtual
+    says so: `is_solid: ClassVar[bool] = False`.
     """
+
+    is_solid: ClassVar[bool] = True
 
     def check_speeds(self, robot: str, *, linear_m_s: float, angular_rad_s: float) -> None:
         """:raises ValueError: if the body cannot reach the robot's speed or turn rate."""

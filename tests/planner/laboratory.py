@@ -31,7 +31,7 @@ def laboratory(*goals: Fact, robots: tuple[str, ...] = ("fred", "ginger")) -> Pl
         facts |= {Fact("robot_attribute", (robot, "gripper", "empty"))}
         facts |= {Fact("own_spot", (robot, f"{robot}_spot"))}
         facts |= {Fact("reaches", (robot, place)) for place in (*shared, home)}
-        facts |= {Fact("can", (robot, tag)) for tag in TAGS}
+        facts |= {Fact("can", (robot, tag)) for tag in TAGS} | {Fact("solid", (robot,))}
     functions: dict[tuple[str, tuple[str, ...]], float] = {("speed_m_s", (robot,)): 0.5 for robot in robots}
     functions |= {
         ("distance_m", (one, other)): round(dist(here, there), 3)

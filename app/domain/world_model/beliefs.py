@@ -25,6 +25,7 @@ IN_AREA = "in_area"
 OWN_SPOT = "own_spot"
 HAS_BODY = "has_body"
 HAS_SENSOR = "has_sensor"
+SOLID = "solid"
 VACANT = "vacant"
 CLEAR = "clear"
 OPENED = "opened"
@@ -44,7 +45,7 @@ FULL = "full"
 
 EXCLUSIVE = STATES | {ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION}
 """Predicates whose facts can be contradicted by other facts."""
-STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, ON_WAY, OPERABLE, OWN_SPOT, REACHES})
+STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, ON_WAY, OPERABLE, OWN_SPOT, REACHES, SOLID})
 """Predicates of what follows from the world alone."""
 FOLLOWING = frozenset({CLEAR, ZONE_CLEAR})
 """Predicates whose facts always follow from where robots are."""

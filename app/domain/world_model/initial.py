@@ -19,6 +19,7 @@ from app.domain.world_model.beliefs import (
     REACHES,
     ROBOT_ATTRIBUTE,
     ROBOT_POSITION,
+    SOLID,
     VACANT,
     ZONE_CLEAR,
     Facts,
@@ -48,8 +49,10 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     :raises Invalid: if an extra fact must name a berth and does not, or contradicts another one.
     """
     layout = {fact for robot in world.robots for fact in facts_of_robot(world, robot, knowledge_base)}
-    if _use_spots(world, knowledge_base):
+    if _is_used(OWN_SPOT, world, knowledge_base):
         layout |= {Fact(OWN_SPOT, (robot.name, spot_of(robot.name))) for robot in world.robots}
+    if _is_used(SOLID, world, knowledge_base):
+        layout |= {Fact(SOLID, (robot.name,)) for robot in world.robots if robot.body.is_solid}
     layout |= {Fact(VACANT, (place.name,)) for place in world.places if place.capacity > 0}
     layout |= {Fact(OBJECT_POSITION, (sample, IN, place)) for sample, place in world.initial_places.items()}
     if ZONE_CLEAR in knowledge_base.predicates:
@@ -70,11 +73,11 @@ def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
     return revise_beliefs(frozenset(layout), extra)
 
 
-def _use_spots(world: WorldFile, knowledge_base: KnowledgeBase) -> bool:
-    """Whether an action that is possible here ends at a robot's own spot; those with long objects need one."""
+def _is_used(predicate: str, world: WorldFile, knowledge_base: KnowledgeBase) -> bool:
+    """Whether an action that is possible here needs facts of the predicate; some do only for long objects."""
     is_possible = {LONG_OBJECT: any(sample.length_m for sample in world.samples)}
     return any(
-        any(literal.predicate == OWN_SPOT for literal in action.literals("preconditions"))
+        any(literal.predicate == predicate for literal in action.literals("preconditions"))
         and all(is_possible.get(parameter.type, True) for parameter in action.parameters)
         for action in knowledge_base.actions.values()
     )

@@ -133,7 +133,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
             "robot_position(robots, rel1, ref9)",
             "TRANSPORT, preconditions.0",
         ),
-        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 169, TRANSPORT"),
+        ("robot_position(robots, rel1, ref1)", "robot_position(robots, rel1, ref9)", "line 173, TRANSPORT"),
         (
             "reaches(robots, ref2)",
             "reached(robots, ref2)",
@@ -242,7 +242,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         (
             "    delete: []",
             "    delete: []\n    delete: [can(robot1, TRACK)]",
-            "line 336, delete: stands here for the second time, first in line 335",
+            "line 342, delete: stands here for the second time, first in line 341",
         ),
     ],
 )
