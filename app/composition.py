@@ -255,6 +255,7 @@ class Service:
         )
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core)
+        self.out_of_service = OutOfService(core, clocks=self.clocks, waiting=self._waiting_goals)
         self.worlds.numbers_corrected.append(self._waiting_goals.release)
         self.holds = HoldService(core, worlds=self._files, clocks=self.clocks, waiting=self._waiting_goals)
         self._files.removed.append(self.holds.forget)
@@ -278,6 +279,8 @@ class Service:
             clocks=self.clocks,
             requests=self._requests,
             approval=self.plans,
+            out_of_service=self.out_of_service,
+            peripherals=lambda world: [one.name for one in self._files[world].peripherals],
         )
         self.alternatives = Alternatives(core)
         self._alternatives_job = AlternativesJob(
@@ -302,7 +305,6 @@ class Service:
         core = self.core
         self.missions = MissionService(core)
         self.lost_robots = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting_goals)
-        self.out_of_service = OutOfService(core, clocks=self.clocks, waiting=self._waiting_goals)
         self.world_changes = WorldChanges(
             core,
             worlds=self._files,

@@ -6,12 +6,17 @@ that need it wait, and plans that use it are out of date.
 
 from collections.abc import Mapping, Sequence
 
+from sqlalchemy.orm import Session
+
 from app.core import Core
 from app.domain.errors import Conflict
 from app.domain.events import RobotBroughtBack, RobotTakenOutOfService
 from app.planning.waiting_goals import WaitingGoals
 from app.store import OutOfServiceRow
 from robots.clock import Clock
+
+FAILING = "recovery"
+"""Who takes a door out of service that does not open."""
 
 
 class OutOfService:
@@ -31,17 +36,28 @@ class OutOfService:
         """
         with self._database.write() as session:
             for world, robot in sorted(set(robots)):
-                row = session.get(OutOfServiceRow, (world, robot), with_for_update=True)
-                if row is None:
-                    row = OutOfServiceRow(world=world, robot=robot, since_s=self._clocks[world].now_s())
-                    session.add(row)
-                row.taken_by = actor
-                row.reason = reason
-                taken = RobotTakenOutOfService(subject=robot, world=world, actor=actor, reason=reason)
-                self._events.append(session, taken)
+                self._take_out(session, world, robot, actor=actor, reason=reason)
             for world in sorted({world for world, _ in robots}):
                 session.flush()
                 self._waiting.release(session, world)  # goals that wait for such a robot say the new reason
+
+    def take_out_failing(self, session: Session, world: str, names: Mapping[str, str]) -> None:
+        """Take doors, hatches and lifts out of service that fail again and again, each with the reason; an operator
+        brings them back. Those that are out of service stay so, for their own reason.
+        """
+        for name, reason in sorted(names.items()):
+            if session.get(OutOfServiceRow, (world, name), with_for_update=True) is None:
+                self._take_out(session, world, name, actor=FAILING, reason=reason)
+
+    def _take_out(self, session: Session, world: str, robot: str, *, actor: str, reason: str) -> None:
+        row = session.get(OutOfServiceRow, (world, robot), with_for_update=True)
+        if row is None:
+            row = OutOfServiceRow(world=world, robot=robot, since_s=self._clocks[world].now_s())
+            session.add(row)
+        row.taken_by = actor
+        row.reason = reason
+        taken = RobotTakenOutOfService(subject=robot, world=world, actor=actor, reason=reason)
+        self._events.append(session, taken)
 
     def bring_back(self, robots: Sequence[tuple[str, str]], *, actor: str, comment: str) -> None:
         """Have the robots recruited again.

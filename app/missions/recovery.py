@@ -1,6 +1,6 @@
 """A mission's recovery: a durable workflow repairs its plan, and approves or proposes it by the recovery policy."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from sqlalchemy import select
@@ -14,9 +14,18 @@ from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState, has_ended
 from app.domain.lifecycles.recovery import RecoveryStep, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
-from app.domain.recovery_rules import LeftOut, Policy, category_of, left_out, measure_of, needs_decision
+from app.domain.recovery_rules import (
+    LeftOut,
+    Policy,
+    Trouble,
+    category_of,
+    left_out,
+    measure_of,
+    needs_decision,
+)
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from app.missions.mission_progress import progress_of
+from app.missions.out_of_service import OutOfService
 from app.planning.approval import RECOVERY, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
@@ -78,8 +87,11 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         clocks: Mapping[str, Clock],
         requests: PlanningRequests,
         approval: PlanApproval,
+        out_of_service: OutOfService,
+        peripherals: Callable[[str], Collection[str]],
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
+        """:param peripherals: by world, the names of its doors, hatches and lifts."""
         super().__init__(core, worker=worker, clock=clock)
         self._plan_nets = core.plan_nets
         self._problems = problems
@@ -88,6 +100,8 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         self._clocks = clocks
         self._requests = requests
         self._approval = approval
+        self._out_of_service = out_of_service
+        self._peripherals = peripherals
 
     def load(self, session: Session, subject_id: str, *, lock: bool) -> MissionRow:
         if lock:
@@ -103,9 +117,12 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             return None
         goal = session.get_one(GoalRow, mission.goal_id)
         goal.stop_requested = False  # the request was for an earlier planning attempt
-        without = left_out(troubles_of(mission))
+        troubles = troubles_of(mission)
+        without = left_out(troubles)
+        failing = _failing(troubles, without, self._peripherals(mission.world))
+        self._out_of_service.take_out_failing(session, mission.world, failing)
         recovery.note_left_out(mission, without.words)
-        built = self._problems.build(session, goal).without(without.robots)
+        built = self._problems.build(session, goal).without({*without.robots, *failing})
         net = self._plan_nets.of(session, mission.plan_id)
         of_plan = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
         scripts = session.scalars(select(ScriptRow).where(*of_plan)).all()
@@ -180,6 +197,14 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
 
 def _is_wanted(mission: MissionRow) -> bool:
     return mission.recovery_step == RecoveryStep.PLANNING and not has_ended(mission)
+
+
+def _failing(
+    troubles: Sequence[Trouble], without: LeftOut, peripherals: Collection[str]
+) -> Mapping[str, str]:
+    """The peripherals that failed so often that they are left out, each with what it said last."""
+    names = {name for name, _ in without.packets} & set(peripherals)
+    return {one.robot: one.detail for one in troubles if one.robot in names}
 
 
 def _failure_reason(reason: str, task: RepairTask) -> str:

@@ -65,7 +65,7 @@ class PeripheralEngine:
         answer = self._engine.plan(_without(peripherals, barred, problem), request, observer)
         if answer.plan_net is None:
             words = [denial(self._base, fact) for fact in sorted(barred)]
-            reason = "; ".join(filter(None, [answer.reason, enumeration(words) if words else ""]))
+            reason = "; ".join(filter(None, [enumeration(words), answer.reason]))
             return replace(answer, reason=reason)
         try:
             plan_net = self._completed(linearisation(answer.plan_net), problem)

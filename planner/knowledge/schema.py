@@ -50,6 +50,7 @@ class PredicateSpec(Slot):
     asked_by: of a state of a door, hatch or lift: predicates of positions, each with the place as its last argument.
      Whatever changes one of these asks for the state where its way or its place does, without stating so
      (`planner.problem.access`).
+    on_ways: of places that lie between others; the small worlds that are searched first hold them (our choice).
     each_time: it tells of something done, such as a picture taken: as a goal it is to be achieved although it is true.
     phrase: what an operator reads where it holds, e.g. `{robot} reaches {location}`; `denial`: where not.
     """
@@ -62,6 +63,7 @@ class PredicateSpec(Slot):
     each_time: bool = False
     held_by: Word | None = None
     asked_by: tuple[Word, ...] = ()
+    on_ways: bool = False
     phrase: str = ""
     denial: str = ""
 

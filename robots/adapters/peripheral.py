@@ -161,9 +161,10 @@ class PeripheralAgent:
 
     def tick(self) -> None:
         """One cycle: messages, mechanism, reports; then what it does of itself."""
+        had_script = self._contract.script_id is not None
         self._contract.tick()
         now_s = self._clock.now_s()
-        if self._contract.script_id is not None:
+        if had_script or self._contract.script_id is not None:
             self._idle_since_s = None
             self._told = self._mechanism.state
             return

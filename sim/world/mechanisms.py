@@ -47,7 +47,7 @@ class SimulatedMechanism:
         self._blocked_s = 0.0
         self._stuck_s = 0.0
         self.broken = Fault.NONE
-        self._shares = [self._goal_share(number) for number in range(len(self._panels))]
+        self._shares = list(self._standing(self._at))
         if state is not None:
             self._shares = list(state.shares)
             self._at = state.at
@@ -69,14 +69,14 @@ class SimulatedMechanism:
 
     @property
     def state(self) -> str:
-        is_there = self._at == self._wanted and all(
-            share == self._goal_share(number) for number, share in enumerate(self._shares)
-        )
-        return self._wanted if is_there else ""
+        standing = tuple(self._shares)
+        if self._spec.is_lift:
+            return self._at if standing == self._standing(self._at) else ""
+        return next((state for state in (OPEN, CLOSED) if standing == self._standing(state)), "")
 
     @property
     def fault(self) -> str:
-        if self.state:
+        if self.state == self._wanted:
             return ""
         if self.broken is Fault.JAMMED:
             return "its motor does not move"
@@ -88,7 +88,7 @@ class SimulatedMechanism:
 
     @property
     def is_moving(self) -> bool:
-        return not self.state and not self.fault
+        return self.state != self._wanted and not self.fault
 
     def go_to(self, state: str) -> None:
         if state != self._wanted:
@@ -104,7 +104,7 @@ class SimulatedMechanism:
         """Move the panels for a time."""
         if self.broken is Fault.SHUTS and not self._spec.is_lift and not self._in_the_way():
             self._wanted = CLOSED
-        if self.broken is Fault.JAMMED or self.state:
+        if self.broken is Fault.JAMMED or self.state == self._wanted:
             return
         if self._spec.is_lift:
             self._ride(step_s)
@@ -125,8 +125,9 @@ class SimulatedMechanism:
         self._move_panels(step_s)
 
     def _move_panels(self, step_s: float, *, to_closed: bool = False) -> None:
+        goals = self._standing(self._wanted)
         for number in range(len(self._panels)):
-            goal = 0.0 if to_closed else self._goal_share(number)
+            goal = 0.0 if to_closed else goals[number]
             share = self._shares[number]
             if share == goal:
                 continue
@@ -142,10 +143,11 @@ class SimulatedMechanism:
                 self._shares[number] = max(goal, share - step_s / self._spec.closing_s)
             self._show(number)
 
-    def _goal_share(self, number: int) -> float:
+    def _standing(self, state: str) -> tuple[float, ...]:
+        """How far each panel is raised in a state."""
         if self._spec.is_lift:
-            return float(self._spec.levels[number] == self._wanted)
-        return float(self._wanted == OPEN)
+            return tuple(float(level == state) for level in self._spec.levels)
+        return (float(state == OPEN),)
 
     def _in_the_way(self) -> str:
         return next(filter(None, map(self._scene.is_under, self._panels)), "")

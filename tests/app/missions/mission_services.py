@@ -18,6 +18,7 @@ from app.missions.factsheets import Factsheets
 from app.missions.life import MissionLife, WorldTime
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
+from app.missions.out_of_service import OutOfService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
@@ -119,7 +120,15 @@ class MissionServices:
             "approval": self.plans,
         }
         self._goals = GoalPlanningJob(self.core, waiting=self.waiting, **planning)
-        self.recovery = RecoveryJob(self.core, clocks=clocks, requests=requests, clock=wall_clock, **planning)
+        self.recovery = RecoveryJob(
+            self.core,
+            clocks=clocks,
+            requests=requests,
+            clock=wall_clock,
+            out_of_service=OutOfService(self.core, clocks=clocks, waiting=self.waiting),
+            peripherals=lambda world: (),
+            **planning,
+        )
         self.missions = MissionService(self.core)
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board

@@ -57,7 +57,7 @@ class _Relevance:
 
     def objects(self) -> frozenset[str]:
         index = self.index
-        chosen = dict.fromkeys(self.core)
+        chosen = dict.fromkeys((*self.core, *index.on_ways))
         terminals = [name for name in self.core if index.neighbours(index.node(name))]
         ends = [index.node(name) for name in terminals]
         over = self._between(ends, SLACK[self.level])

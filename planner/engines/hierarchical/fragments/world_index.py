@@ -37,6 +37,11 @@ class WorldIndex:
             for arg in fact.args:
                 if arg in self.objects:
                     of[arg].append(fact)
+        predicates = knowledge_base.predicates
+        self.on_ways = sorted(
+            {arg for fact in problem.facts if predicates[fact.predicate].on_ways for arg in fact.args}
+        )
+        """The places between others."""
         self._holes: dict[tuple[str, int], Mapping[tuple[str, ...], list[str]]] = {}
         self._shapes: dict[str, Shape] = {}
         self._distances: dict[frozenset[Node], Mapping[Node, int]] = {}
