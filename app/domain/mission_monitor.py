@@ -145,6 +145,12 @@ class MissionView:
         return tuple(script.trouble for script in self.scripts if script.failed)
 
     @property
+    def category(self) -> FailureCategory:
+        """Of what has gone wrong: robots that contradict each other are at fault, not the world."""
+        contradict = bool(self.contradictions) and not self.troubles
+        return FailureCategory.ROBOT if contradict else category_of(self.troubles)
+
+    @property
     def why(self) -> str:
         """What has gone wrong, in words; empty if nothing has."""
         if troubles := self.troubles:
@@ -235,9 +241,7 @@ def _conclusion(view: MissionView) -> Verdict:
             )
         # NOTE: also if a robot failed, when all goals are true.
         return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
-    category = category_of(view.troubles)
-    if view.contradictions and not view.troubles:
-        category = FailureCategory.ROBOT
+    category = view.category
     recovery = _recovery(view, "; ".join(filter(None, (_what_happened(view), view.no_way))))
     if recovery is not None:
         return replace(recovery, failure=category)

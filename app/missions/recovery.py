@@ -18,7 +18,6 @@ from app.domain.recovery_rules import (
     LeftOut,
     Policy,
     Trouble,
-    category_of,
     left_out,
     measure_of,
     needs_decision,
@@ -62,7 +61,7 @@ class RecoverySteps:
     def take(self, session: Session, mission: MissionRow, view: MissionView, verdict: Verdict) -> None:
         """Begin to plan a repair, or record that the mission is stuck, as the monitor's verdict says."""
         if verdict.recover is RecoveryStep.PLANNING:
-            failure = category_of(view.troubles).value
+            failure = view.category.value
             self._requests.recover(session, mission, view.troubles, failure=failure, reason=verdict.reason)
         else:
             recovery.get_stuck(mission)

@@ -419,6 +419,8 @@ class MissionReports:
             hear(script, report.state, report.at_s)
             if not _stands_by(report, subject):
                 settle_doubt(script)
+            if subject.is_current and any(one.doubt for one in subject.scripts if one is not script):
+                self._imply_ends(session, report, subject)
         _note_waiting(script, report)
         self._events.append(
             session,
@@ -430,6 +432,15 @@ class MissionReports:
                 detail=report.detail,
             ),
         )
+
+    def _imply_ends(self, session: Session, report: StatusReport, subject: _Subject) -> None:
+        """Another robot's report waits for this one's: what is before the packet that it is at has ended."""
+        if report.packet_id not in (packets := packets_of(subject.script)):
+            return
+        before = packets[: packets.index(report.packet_id)]
+        if unreported := _finish_packets(subject.script, report.at_s, before):
+            self._contradictions.note(session, subject.mission, subject.scripts)
+            self._actions_ended(session, unreported, report.at_s, subject)
 
 
 def _subjects_of(session: Session, messages: Sequence[Message]) -> dict[str, _Subject]:
@@ -482,13 +493,16 @@ def _told_by(report: PacketReport, script: ScriptRow) -> list[SymbolicFact]:
     return [fact for event in report.events for fact in events.get(event, ())]
 
 
-def _finish_packets(script: ScriptRow, at_s: float) -> list[str]:
-    """Record that every packet of a finished script has finished; returns those whose reports have not arrived."""
+def _finish_packets(script: ScriptRow, at_s: float, these: Sequence[str] | None = None) -> list[str]:
+    """Record that packets have finished whose reports may not have arrived; returns those.
+
+    :param these: None: all of the script.
+    """
     told = {"state": PacketState.FINISHED.value, "at_s": at_s, "finished_at_s": at_s, "implied": True}
     packets = dict(script.packets)
     unreported = [
         packet
-        for packet in packets_of(script)
+        for packet in (packets_of(script) if these is None else these)
         if packets.get(packet, {}).get("state") != PacketState.FINISHED
     ]
     for packet in unreported:

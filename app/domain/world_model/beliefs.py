@@ -45,7 +45,9 @@ FULL = "full"
 
 EXCLUSIVE = STATES | {ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION}
 """Predicates whose facts can be contradicted by other facts."""
-STRUCTURAL = frozenset({CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, ON_WAY, OPERABLE, OWN_SPOT, REACHES, SOLID})
+STRUCTURAL = frozenset(
+    {CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, ON_WAY, OPERABLE, OWN_SPOT, REACHES, SOLID}
+)
 """Predicates of what follows from the world alone."""
 FOLLOWING = frozenset({CLEAR, ZONE_CLEAR})
 """Predicates whose facts always follow from where robots are."""

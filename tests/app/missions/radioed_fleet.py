@@ -152,6 +152,11 @@ class RadioedFleet:
             name = f"{script.id}:{order_label(order)}"
             yield lambda: self._cancel(robot, agreed, name)
 
+    def hear(self, robot: str, body: Body, in_reply_to: str | None = None) -> Reception:
+        """A message of a robot arrives at once."""
+        message = self._message(Robot(name=robot), body, in_reply_to)
+        return self._services.reports.record(message, WORLD)
+
     def _receive(self, message: Message) -> None:
         reception = self._services.reports.record(message, WORLD)
         if reception is not Reception.HELD_BACK:

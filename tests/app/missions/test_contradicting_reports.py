@@ -78,6 +78,7 @@ def test_a_robot_that_docks_uncleared_has_its_mission_stopped_with_both_reports(
         None,
     )
     assert one["detail"] in shown["reason"]
+    assert (shown["failure"], shown["recovery"]["attempts"][0]["failure"]) == ("robot", "robot")
     told = [row for row in service.events.since(0) if row.type == "mission.reports_contradict"]
     assert [row.data["detail"] for row in told] == [one["detail"]]
     (lost,) = api.get("/v1/worlds/sample_store/unknown").json()["items"]

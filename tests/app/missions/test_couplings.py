@@ -5,9 +5,12 @@ from pathlib import Path
 
 import pytest
 
+from app.agents.agent_models import Reception
 from app.domain.world_model.edits import ChangeRobot, apply_edits
 from app.store.migrate import migrate
+from planner import PlanNet
 from robots.clock import ManualClock
+from robots.wire import PacketReport, PacketState, ScriptState, StatusReport
 from robots.world import load_world
 from tests.app.missions.mission_services import MissionServices, services
 from tests.app.missions.radioed_fleet import RadioedFleet
@@ -19,6 +22,22 @@ PLAIN = Store()
 def store_with(**senses: tuple[str, ...]) -> Store:
     edits = [ChangeRobot(name=name, senses=words) for name, words in senses.items()]
     return Store(apply_edits(load_world("sample_store"), edits, PLAIN.facts, PLAIN.base).world)
+
+
+class GoingHome(Store):
+    """The main job, after which yard_1 drives home."""
+
+    def store_sample_1(self) -> PlanNet:
+        way = {"robots": "yard_1", "rel1": "near", "rel2": "near", "area": "yard"}
+        return self.plan(
+            [
+                *self.carry("yard_1", "sample_1", "door_1", "interchange_2", came_from="home_yard_1"),
+                *self.carry("store_2", "sample_1", "interchange_2", "bay_7", came_from="home_store_2"),
+                ("NAVIGATE", {**way, "ref1": "interchange_2", "ref2": "home_yard_1"}),
+            ],
+            "in(sample_1, bay_7)",
+            "near(yard_1, home_yard_1)",
+        )
 
 
 class Runs:
@@ -105,3 +124,37 @@ def test_a_robot_that_docks_uncleared_never_completes_its_mission(runs: Runs, re
         noticed += 1
     print(f"{noticed} of {early} were noticed")
     assert early > 4
+
+
+def test_a_status_shows_what_has_ended_though_its_report_was_lost(tmp_path: Path) -> None:
+    runs = Runs(tmp_path, GoingHome(store_with(**BLIND).world))
+    fleet = runs.fleet(0)
+    services = runs.services
+    services.life.monitor(runs.mission_id)
+    store_2, yard_1 = services.scripts(runs.mission_id)
+    dock = next(one["id"] for one in store_2.body["packets"] if one["tag"] == "DOCK")
+    *_, release, last = [one["id"] for one in yard_1.body["packets"]]
+    runs.clock.advance(100.0)
+    began = PacketReport(
+        script_id=store_2.id, packet_id=dock, state=PacketState.RUNNING, at_s=runs.clock.now_s()
+    )
+    assert fleet.hear("store_2", began) is Reception.HELD_BACK
+    services.life.monitor(runs.mission_id)
+    store_2, yard_1 = services.scripts(runs.mission_id)
+    assert store_2.question is not None
+    assert yard_1.question is not None, "it is asked as well: its report is missing"
+    runs.clock.advance(1.0)
+    at_work = StatusReport(
+        script_id=yard_1.id,
+        state=ScriptState.RUNNING,
+        at_s=runs.clock.now_s(),
+        packet_id=last,
+        packet_state=PacketState.RUNNING,
+    )
+    assert fleet.hear("yard_1", at_work, yard_1.question) is Reception.RECORDED
+    store_2, yard_1 = services.scripts(runs.mission_id)
+    assert yard_1.packets[release]["state"] == "finished"
+    assert store_2.cleared == [release]
+    assert fleet.hear("store_2", began) is Reception.RECORDED
+    assert services.mission(runs.mission_id).contradictions == []
+    services.close()
