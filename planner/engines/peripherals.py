@@ -141,8 +141,8 @@ def attend(
         apply_action(action, state, achieved)
         attended.append(action)
 
-    def bring_about(fact: Fact) -> None:
-        if (found := _bringing_about(fact, able, state)) is not None:
+    def bring_about(fact: Fact, spared: Collection[Fact] = ()) -> None:
+        if (found := _bringing_about(fact, able, state)) is not None and not set(found.deletes) & set(spared):
             do(found)
 
     for action in sequence:
@@ -157,7 +157,7 @@ def attend(
             bring_about(goal)
     ended = [fact for fact in sorted(problem.access.restored) if fact not in achieved]
     for fact in ended:
-        bring_about(fact)
+        bring_about(fact, problem.goals)
     restored = (fact for fact in ended if fact in achieved)
     return Attended(sequence=tuple(attended), goals=tuple(dict.fromkeys((*problem.goals, *restored))))
 

@@ -16,7 +16,8 @@ from sim.snapshot import PeripheralState
 BLOCKED_S = 8.0
 """How long a closing door waits for what is in its way before it reports that."""
 HALF_WAY = 0.4
-"""Where a panel that sticks half-way stands, by its share."""
+"""Where a panel that sticks half-way stands, by its share; it sticks within `STICKY` of it."""
+STICKY = 0.03
 
 
 class Fault(StrEnum):
@@ -134,7 +135,7 @@ class SimulatedMechanism:
             if goal < share and self._scene.is_under(self._panels[number]):
                 self._blocked_s += step_s
                 self._shares[number] = min(1.0, share + step_s / self._spec.opening_s)
-            elif self.broken is Fault.STICKS and (goal - HALF_WAY) * (share - HALF_WAY) <= 0:
+            elif self.broken is Fault.STICKS and abs(share - HALF_WAY) < STICKY:
                 self._stuck_s += step_s
                 continue
             elif goal > share:
