@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from app.cli import enrolment
-from app.cli.options import reported_errors
+from app.cli.options import Broker, reported_errors
 from app.domain.errors import Invalid
 
 commands = typer.Typer(no_args_is_help=True, help="Connect robots to the service (docs/robots.md).")
@@ -40,3 +40,35 @@ def _write(folder: Path, texts: Mapping[str, str]) -> None:
             (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
     except OSError as error:
         raise Invalid(f"--schemas: {folder} cannot be written: {error.strerror}") from error
+
+
+@commands.command()
+def check(
+    robot: Annotated[str, typer.Option(help="Name of the robot to check.")],
+    world: Annotated[
+        str, typer.Option(help="World of its topics. No service and no fleet may run it meanwhile.")
+    ] = "check",
+    broker: Broker = None,
+    tag: Annotated[
+        str | None, typer.Option(help="Packet to give it (default: the first of its factsheet).")
+    ] = None,
+    argument: Annotated[
+        list[str] | None, typer.Option(help="Argument of the packet; repeatable.", metavar="NAME=VALUE")
+    ] = None,
+    packet_s: Annotated[float, typer.Option(min=0.5, help="Seconds that the packet takes.")] = 3.0,
+    patience_s: Annotated[
+        float, typer.Option(min=1, help="Seconds that an answer or a packet may take.")
+    ] = 20.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print only one JSON document.")] = False,
+) -> None:
+    """Play the service for a robot and say which rules of the contract it keeps; the robot carries packets out.
+
+    Exits with 0 only if no rule is broken.
+    """
+    from app.cli.robot_check import check_robot
+    from app.trials.conformance.check import CheckRequest
+
+    with reported_errors():
+        arguments = dict(one.partition("=")[::2] for one in argument or ())
+        request = CheckRequest(tag=tag, arguments=arguments, packet_s=packet_s, patience_s=patience_s)
+        raise typer.Exit(check_robot(broker, world, robot, request, as_json=as_json))

@@ -1,0 +1,416 @@
+"""Plays the service for one robot, and notes which rules of the contract it keeps."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import ValidationError
+
+from app.trials.conformance.line import ANOTHER_RUN, RUN, Heard, Line
+from app.trials.conformance.rules import Finding, Rule, Verdict
+from robots.link.mqtt.topics import Channel, ConnectionState, Presence
+from robots.wire import (
+    Acknowledgement,
+    BehaviourPacket,
+    BehaviourScript,
+    Control,
+    ControlVerb,
+    Factsheet,
+    Message,
+    NotUnderstood,
+    PacketReport,
+    PacketState,
+    Performative,
+    Refusal,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+    StatusQuery,
+    StatusReport,
+    Telemetry,
+    new_message_id,
+)
+
+STRANGE_TAG = "NO_SUCH_PACKET_EVER"
+OTHERS_ACTION = "action-of-another"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckRequest:
+    """What the robot is given to do.
+
+    :param tag: of the packet; None: the first of its factsheet.
+    :param arguments: of the packet.
+    :param packet_s: how long it is expected to take.
+    :param patience_s: how long an answer or a packet may take.
+    :param quiet_s: how long is waited for what must not happen.
+    """
+
+    tag: str | None = None
+    arguments: dict[str, str] = field(default_factory=dict)
+    packet_s: float = 3.0
+    patience_s: float = 20.0
+    quiet_s: float = 2.0
+
+
+class RobotCheck:
+    """One run of the check."""
+
+    def __init__(self, line: Line, request: CheckRequest) -> None:
+        self._line = line
+        self._request = request
+        self._found: dict[Rule, Finding] = {}
+        self._tag = request.tag or ""
+
+    def run(self) -> Sequence[Finding]:
+        """The findings, one for each rule."""
+        if self._meets():
+            self._try_queries()
+            self._try_refusal()
+            self._try_script()
+            self._try_orders()
+            self._try_stale()
+            self._judge_all_heard()
+        return [
+            self._found.get(rule)
+            or Finding(rule=rule, verdict=Verdict.UNTRIED, detail=_WHY_UNTRIED.get(rule, "nothing led to it"))
+            for rule in Rule
+        ]
+
+    def _note(self, rule: Rule, kept: object, fault: str = "", seen: str = "") -> bool:
+        """Note a verdict, once; a rule that was broken stays so."""
+        is_kept = bool(kept)
+        before = self._found.get(rule)
+        if before is None or (before.verdict is not Verdict.BROKEN and not is_kept):
+            verdict = Verdict.KEPT if is_kept else Verdict.BROKEN
+            self._found[rule] = Finding(rule=rule, verdict=verdict, detail=seen if is_kept else fault)
+        return is_kept
+
+    def _skip(self, why: str, *rules: Rule) -> None:
+        for rule in rules:
+            self._found.setdefault(rule, Finding(rule=rule, verdict=Verdict.UNTRIED, detail=why))
+
+    def _keeps(self, rule: Rule) -> bool:
+        return rule in self._found and self._found[rule].verdict is Verdict.KEPT
+
+    def _until(self, holds: Callable[[], Any]) -> bool:
+        return self._line.until(holds, self._request.patience_s)
+
+    def _meets(self) -> bool:
+        """Wait for the robot; False if it does not appear at all."""
+        self._until(lambda: self._sheet() is not None and self._is_online())
+        self._note(
+            Rule.CONNECTION, self._is_online(), "no retained `online` on its connection topic was heard"
+        )
+        sheet = self._sheet()
+        self._note(Rule.ANNOUNCES, sheet is not None, "no factsheet of this run, retained and well formed")
+        if sheet is None or not isinstance(body := sheet.body, Factsheet):
+            return any(one.channel is not Channel.CONNECTION for one in self._line.heard) and bool(self._tag)
+        self._tag = self._tag or next(iter(body.repertoire), "")
+        answer = {"kind": "factsheet_answer", "state": "in_force", "reason": ""}
+        self._line.send(Performative.CONFIRM, answer, reply=sheet.id)
+        return bool(self._tag)
+
+    def _sheet(self) -> Message | None:
+        return next(
+            (
+                one.message
+                for one in self._line.heard
+                if one.message is not None
+                and one.channel is Channel.FACTSHEET
+                and one.publication.run == RUN
+                and isinstance(one.message.body, Factsheet)
+            ),
+            None,
+        )
+
+    def _is_online(self) -> bool:
+        return any(
+            _presence(one) is ConnectionState.ONLINE
+            for one in self._line.heard
+            if one.channel is Channel.CONNECTION
+        )
+
+    def _ask(
+        self, performative: Performative, body: Any, *, within_s: float | None = None, **kwargs: Any
+    ) -> Message | None:
+        """Send a request, and return its answer; None if there is none."""
+        asked = self._line.send(performative, body, **kwargs)
+        self._line.until(lambda: self._line.answer(asked), within_s or self._request.patience_s)
+        return self._line.answer(asked)
+
+    def _status(self, script: str, **extra: Any) -> StatusReport | None:
+        query = StatusQuery(script_id=script).model_dump() | extra
+        answer = self._ask(Performative.QUERY, query)
+        return answer.body if answer is not None and isinstance(answer.body, StatusReport) else None
+
+    def _try_queries(self) -> None:
+        unknown = self._status("script-that-nobody-has")
+        is_right = unknown is not None and unknown.state is None
+        words = (
+            "no status report came" if unknown is None else f"of an unknown script it says {unknown.state}"
+        )
+        if self._note(Rule.STATUS, is_right, words):
+            extra = self._status("script-that-nobody-has", of_tomorrow={"level": [1, 2]})
+            self._note(Rule.UNKNOWN_FIELDS, extra is not None, "a query with a field more is not answered")
+            stray = StatusQuery(script_id="script-of-another-run")
+            asked = self._ask(Performative.QUERY, stray, within_s=self._request.quiet_s, run=ANOTHER_RUN)
+            self._note(Rule.OTHER_RUNS, asked is None, "it answers a message of another run")
+        else:
+            self._skip("it answers no status queries", Rule.UNKNOWN_FIELDS, Rule.OTHER_RUNS)
+        dance = self._ask(Performative.REQUEST, {"kind": "dance_of_tomorrow", "steps": 3})
+        understood = (
+            dance is not None
+            and dance.performative is Performative.NOT_UNDERSTOOD
+            and isinstance(dance.body, NotUnderstood)
+        )
+        self._note(Rule.UNKNOWN_KINDS, understood, "it does not answer a message of an unknown kind with it")
+
+    def _packet(self, packet_id: str, *, tag: str = "", after: tuple[str, ...] = ()) -> BehaviourPacket:
+        return BehaviourPacket(
+            id=packet_id,
+            tag=tag or self._tag,
+            arguments=self._request.arguments,
+            after=after,
+            expected_start_s=0.0,
+            expected_duration_s=self._request.packet_s,
+            timeout_s=10 * self._request.packet_s + self._request.patience_s,
+            wait_timeout_s=10 * self._request.patience_s,
+            description="a packet of the check",
+        )
+
+    def _script(self, *packets: BehaviourPacket) -> BehaviourScript:
+        script = f"check-{new_message_id()[:8]}"
+        return BehaviourScript(id=script, mission_id=f"of-{script}", robot=self._line.robot, packets=packets)
+
+    def _give(self, script: BehaviourScript) -> Message | None:
+        request = ScriptRequest(script=script)
+        return self._ask(
+            Performative.REQUEST, request, message_id=f"{script.id}:request", channel=Channel.ORDER
+        )
+
+    def _try_refusal(self) -> None:
+        script = self._script(self._packet("a1", tag=STRANGE_TAG))
+        answer = self._give(script)
+        refused = answer is not None and isinstance(answer.body, Refusal) and answer.body.reason
+        self._note(Rule.REFUSES, refused, f"it does not refuse a script with the packet {STRANGE_TAG}")
+        if not refused:
+            self._order(script, ControlVerb.CANCEL, 1)
+
+    def _reports(self, script: BehaviourScript) -> list[PacketReport]:
+        """The reports on the script's packets, each once."""
+        said = {message.id: message.body for message in self._line.messages()}
+        return [
+            body for body in said.values() if isinstance(body, PacketReport) and body.script_id == script.id
+        ]
+
+    def _has(self, script: BehaviourScript, packet: str, state: PacketState) -> bool:
+        return any(one.packet_id == packet and one.state is state for one in self._reports(script))
+
+    def _end(self, script: BehaviourScript) -> ScriptReport | None:
+        bodies = (message.body for message in self._line.messages())
+        return next(
+            (one for one in bodies if isinstance(one, ScriptReport) and one.script_id == script.id), None
+        )
+
+    def _try_script(self) -> None:
+        script = self._script(self._packet("a1"), self._packet("a2", after=(OTHERS_ACTION,)))
+        self._line.withholds_receipts = True
+        answer = self._give(script)
+        agreed = answer is not None and isinstance(answer.body, Acknowledgement)
+        why = "" if answer is None else f": {getattr(answer.body, 'reason', answer.body.kind)}"
+        if not self._note(Rule.ACKNOWLEDGES, agreed, f"a script was not acknowledged{why}"):
+            self._line.withholds_receipts = False
+            return
+        self._try_repetition(script)
+        self._try_receipts()
+        began = self._until(lambda: self._has(script, "a1", PacketState.FINISHED))
+        self._line.listen(self._request.quiet_s)
+        early = self._has(script, "a2", PacketState.RUNNING) or self._has(script, "a2", PacketState.FINISHED)
+        if self._keeps(Rule.STATUS) and began and not early:
+            status = self._status(script.id)
+            is_right = status is not None and status.state in (ScriptState.RUNNING, ScriptState.ACCEPTED)
+            self._note(Rule.STATUS, is_right, f"of its script it says {status and status.state}")
+        cleared = self._ask(
+            Performative.REQUEST,
+            {"kind": "clearance", "script_id": script.id, "ended": [OTHERS_ACTION]},
+        )
+        ended = self._until(lambda: self._end(script) is not None)
+        if began:
+            ran_on = cleared is not None and isinstance(cleared.body, Acknowledgement) and ended
+            fault = "it began before the clearance" if early else "it did not go on after the clearance"
+            self._note(Rule.CLEARANCE, ran_on and not early, fault)
+        self._judge_order(script)
+
+    def _try_repetition(self, script: BehaviourScript) -> None:
+        self._until(lambda: self._has(script, "a1", PacketState.RUNNING))
+        before = len(self._line.heard)
+        request = f"{script.id}:request"
+        self._line.send(
+            Performative.REQUEST, ScriptRequest(script=script), message_id=request, channel=Channel.ORDER
+        )
+        answered = self._line.until(
+            lambda: any(one.in_reply_to == request for one in self._line.messages(before)),
+            self._request.patience_s,
+        )
+        again = [one for one in self._line.messages(before) if one.in_reply_to == request]
+        agrees = answered and all(isinstance(one.body, Acknowledgement) for one in again)
+        self._note(Rule.ONCE, agrees, "a repeated request does not get its answer again")
+
+    def _try_receipts(self) -> None:
+        """Reports get no receipts: one of them must come again. Then all get theirs."""
+
+        def repeated() -> set[str]:
+            ids = [m.id for m in self._line.messages() if isinstance(m.body, PacketReport)]
+            return {one for one in ids if ids.count(one) > 1}
+
+        came_again = self._until(repeated)
+        self._line.withholds_receipts = False
+        for known in {m.id for m in self._line.messages() if m.in_reply_to is None}:
+            self._line.confirm(known)
+        self._line.listen(self._request.quiet_s)
+        before = len(self._line.heard)
+        confirmed = {m.id for m in self._line.messages()[:before] if m.in_reply_to is None}
+        self._line.listen(self._request.quiet_s + 2.0)
+        late = [m for m in self._line.messages(before) if m.id in confirmed]
+        fault = (
+            "no report came again without its receipt" if not came_again else "it repeats what has a receipt"
+        )
+        self._note(Rule.RECEIPTS, came_again and not late, fault)
+
+    def _judge_order(self, script: BehaviourScript) -> None:
+        seen = [
+            (one.packet_id, one.state)
+            for one in self._reports(script)
+            if one.state in (PacketState.RUNNING, PacketState.FINISHED)
+        ]
+        runs = [one for one in seen if one[1] is PacketState.RUNNING]
+        if len(runs) > len(set(runs)):
+            self._note(Rule.ONCE, False, "it followed a repeated request twice")
+            return
+        right = [
+            (packet.id, state)
+            for packet in script.packets
+            for state in (PacketState.RUNNING, PacketState.FINISHED)
+        ]
+        end = self._end(script)
+        fault = f"it reported {', '.join(f'{p} {s.value}' for p, s in seen) or 'nothing'}"
+        if self._found.get(Rule.CLEARANCE, None) is None or self._keeps(Rule.CLEARANCE):
+            finished = end is not None and end.state is ScriptState.FINISHED
+            self._note(
+                Rule.IN_ORDER, seen == right and finished, fault + ("" if end else "; no script report")
+            )
+
+    def _order(self, script: BehaviourScript, verb: ControlVerb, number: int) -> Message | None:
+        cancels = verb is ControlVerb.CANCEL
+        return self._ask(
+            Performative.CANCEL if cancels else Performative.REQUEST,
+            Control(script_id=script.id, verb=verb, number=number),
+        )
+
+    def _try_orders(self) -> None:
+        rules = (Rule.PAUSES, Rule.RESUMES, Rule.ORDER_NUMBERS, Rule.CANCELS)
+        if not self._keeps(Rule.ACKNOWLEDGES):
+            self._skip("it acknowledges no script", *rules)
+            return
+        script = self._script(self._packet("a1"), self._packet("a2", after=(OTHERS_ACTION,)))
+        if (answer := self._give(script)) is None or not isinstance(answer.body, Acknowledgement):
+            self._skip("it did not acknowledge another script", *rules)
+            return
+        self._until(lambda: self._has(script, "a1", PacketState.RUNNING))
+        self._try_pause(script)
+        cancelled = self._order(script, ControlVerb.CANCEL, 9)
+        agreed = cancelled is not None and isinstance(cancelled.body, Acknowledgement)
+        self._until(lambda: self._end(script) is not None)
+        end = self._end(script)
+        ended = end is not None and end.state is ScriptState.CANCELLED
+        fault = (
+            "it does not agree to a cancel" if not agreed else "it does not report the script as cancelled"
+        )
+        self._note(Rule.CANCELS, agreed and ended, fault)
+
+    def _try_pause(self, script: BehaviourScript) -> None:
+        answer = self._order(script, ControlVerb.PAUSE, 3)
+        if answer is not None and isinstance(answer.body, Refusal):
+            why = f"it refuses to pause: {answer.body.reason}"
+            self._skip(why, Rule.PAUSES, Rule.RESUMES, Rule.ORDER_NUMBERS)
+            return
+        agreed = answer is not None and isinstance(answer.body, Acknowledgement)
+        paused = agreed and self._until(
+            lambda: any(one.state is PacketState.PAUSED for one in self._reports(script))
+        )
+        fault = "no packet report says paused" if agreed else "it does not agree to a pause"
+        if not self._note(Rule.PAUSES, paused, fault):
+            self._skip("it does not pause", Rule.RESUMES, Rule.ORDER_NUMBERS)
+            return
+        old = self._order(script, ControlVerb.RESUME, 2)
+        is_refused = old is not None and isinstance(old.body, Refusal)
+        self._note(Rule.ORDER_NUMBERS, is_refused, "it follows an order with a lower number")
+        before = len(self._reports(script))
+        answer = self._order(script, ControlVerb.RESUME, 4)
+        agreed = answer is not None and isinstance(answer.body, Acknowledgement)
+        resumed = agreed and (
+            not is_refused
+            or self._until(
+                lambda: any(one.state is not PacketState.PAUSED for one in self._reports(script)[before:])
+            )
+        )
+        self._note(Rule.RESUMES, resumed, "it does not go on after a resume")
+
+    def _try_stale(self) -> None:
+        if not self._keeps(Rule.CANCELS):
+            self._skip("it does not cancel", Rule.STALE)
+            return
+        script = self._script(self._packet("a1", after=(OTHERS_ACTION,)))
+        self._order(script, ControlVerb.CANCEL, 1)
+        answer = self._give(script)
+        refused = answer is not None and isinstance(answer.body, Refusal)
+        self._note(Rule.STALE, refused, "it takes a script that was cancelled before it arrived")
+        if not refused:
+            self._ask(Performative.CANCEL, Control(script_id=script.id, verb=ControlVerb.CANCEL, number=2))
+
+    def _judge_all_heard(self) -> None:
+        faults = [self._fault_of(one) for one in self._line.heard]
+        wrong = [fault for fault in faults if fault]
+        self._note(Rule.WELL_FORMED, not wrong, wrong[0] if wrong else "")
+        shown = [one for one in self._line.heard if one.channel is Channel.VISUALIZATION]
+        if shown:
+            bad = [words for one in shown if (words := _telemetry_fault(one))]
+            self._note(Rule.TELEMETRY, not bad, bad[0] if bad else "")
+
+    def _fault_of(self, heard: Heard) -> str:
+        if heard.channel in (Channel.VISUALIZATION, Channel.CONNECTION):
+            return ""
+        if heard.fault:
+            return f"{heard.channel.value}: {heard.fault}"
+        if heard.message is None:
+            return ""
+        if heard.message.sender != self._line.robot:
+            return f"{heard.channel.value}: its sender is {heard.message.sender}"
+        # What an earlier run left at the broker is not said now.
+        is_old = heard.publication.retain
+        if heard.publication.run != RUN and not is_old:
+            return f"{heard.channel.value}: a {heard.message.body.kind} without the run as user property"
+        return ""
+
+
+_WHY_UNTRIED = {
+    Rule.RECONNECTS: "restart its connection or its process by hand while it carries a script out",
+    Rule.TELEMETRY: "no telemetry was heard",
+}
+
+
+def _presence(heard: Heard) -> ConnectionState | None:
+    try:
+        return Presence.model_validate_json(heard.publication.payload).state
+    except ValidationError:
+        return None
+
+
+def _telemetry_fault(heard: Heard) -> str:
+    try:
+        Telemetry.model_validate_json(heard.publication.payload)
+    except ValidationError as error:
+        fault = error.errors(include_url=False, include_input=False)[0]
+        return f"{'.'.join(map(str, fault['loc'])) or 'payload'}: {fault['msg']}"
+    return ""
