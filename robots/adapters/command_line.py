@@ -23,6 +23,10 @@ SUBCOMMANDS: Mapping[str, Subcommand] = {
         module="robots.adapters.ros2.command",
         about="keep the contract for a robot that is driven by ROS 2 actions; runs beside ROS 2",
     ),
+    "vda5050": Subcommand(
+        module="robots.adapters.vda5050.command",
+        about="make VDA 5050 vehicles robots of a world, or robots vehicles of another master control",
+    ),
 }
 
 

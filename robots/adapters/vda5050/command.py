@@ -1,5 +1,7 @@
 """Connect VDA 5050 vehicles to Macta as robots of a world: the master control of all vehicles on a broker.
 
+With --vehicle the other way round: robots of a world without a service become vehicles of another master control.
+
 Credentials: MACTA_BROKER_USERNAME and MACTA_BROKER_PASSWORD for Macta's broker, VDA5050_BROKER_USERNAME and
 VDA5050_BROKER_PASSWORD for the vehicles', if that is another one.
 """
@@ -14,7 +16,8 @@ from pathlib import Path
 
 from pydantic import SecretStr
 
-from robots.adapters.vda5050.master import MasterControl
+from robots.adapters.vda5050.foreign_master import ForeignMaster
+from robots.adapters.vda5050.master import TICK_S, MasterControl
 from robots.adapters.vda5050.settings import load_settings
 from robots.errors import RobotError
 from robots.link.mqtt import Broker, BrokerError
@@ -32,6 +35,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=Path("macta-vda5050"),
         help="folder for what must outlive a restart (default: %(default)s)",
     )
+    parser.add_argument(
+        "--vehicle",
+        action="append",
+        metavar="ROBOT",
+        help="a robot that becomes a vehicle of another master control; repeatable",
+    )
     parser.add_argument("--ca", type=Path, help="the authority's certificate, for mqtts://")
     parser.add_argument("-v", "--verbose", action="store_true", help="log what is found and done")
 
@@ -47,13 +56,12 @@ def run(arguments: argparse.Namespace) -> int:
         vehicles_at = macta_at
         if arguments.vda5050_broker is not None:
             vehicles_at = _broker(arguments.vda5050_broker, "VDA5050", arguments.ca)
-        control = MasterControl(
-            settings,
-            world=arguments.world,
-            vehicles_at=vehicles_at,
-            macta_at=macta_at,
-            folder=arguments.memory,
-        )
+        control: MasterControl | ForeignMaster
+        ends = {"world": arguments.world, "vehicles_at": vehicles_at, "macta_at": macta_at}
+        if arguments.vehicle:
+            control = ForeignMaster(settings, arguments.vehicle, folder=arguments.memory, **ends)
+        else:
+            control = MasterControl(settings, folder=arguments.memory, **ends)
         if not settings.places:
             logging.warning("no places are known: give --world-file or `places`, or no packet can be driven")
         _serve(control)
@@ -63,13 +71,14 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _serve(control: MasterControl) -> None:
+def _serve(control: MasterControl | ForeignMaster) -> None:
     ends = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: ends.set())
     control.start()
     try:
-        control.run(ends)
+        while not ends.wait(TICK_S):
+            control.tick()
     finally:
         control.close()
 

@@ -127,6 +127,7 @@ class VehicleDriver:
         self._outbox: list[tuple[Topic, Headed]] = []
         self._ready = 0
         self._heard_s = float("-inf")
+        self._connection_s = float("-inf")
         self._outdated: list[int] = []
         self._order_sent_s = float("-inf")
         self._asked_s = float("-inf")
@@ -151,6 +152,7 @@ class VehicleDriver:
                     self._outdated = []
                     self._asked_s = float("-inf")
                 self.connection = connection
+                self._connection_s = self._clock.now_s()
             case VehicleFactsheet():
                 if message.says_something:
                     self.factsheet = message
@@ -162,6 +164,9 @@ class VehicleDriver:
         self.state = state
         self._heard_s = self._clock.now_s()
         self._take_pose(state)
+        # NOTE: the last will of a connection that was lost may come after the new connection's first message.
+        if self.connection in AWAY and self._heard_s - self._connection_s >= RESEND_S:
+            self.connection = VehicleConnection.ONLINE
         if len(state.instant_action_states) >= CLEARED_AT and self._can("clearInstantActions"):
             self._send_once("clearInstantActions")
 

@@ -1,19 +1,18 @@
 // Starts the virtual vehicle of the package vda-5050-lib, which speaks VDA 5050 2.0, as it is published.
-//   node vehicle.js mqtt://HOST:PORT SERIAL X Y SPEED TIME_LAPSE
-// On its standard input: "factsheet" has it announce its speed and actions, "end" ends it in order.
+//   node vehicle.js mqtt://HOST:PORT SERIAL X Y SPEED
+// "end" on its standard input ends it in order.
 const { AgvController, VirtualAgvAdapter } = require("vda-5050-lib");
 const { createInterface } = require("node:readline");
 
-const [brokerUrl, serialNumber, x, y, vehicleSpeed, timeLapse] = process.argv.slice(2);
+const [brokerUrl, serialNumber, x, y, vehicleSpeed] = process.argv.slice(2);
 
 const vehicle = new AgvController(
   { manufacturer: "VirtualWorks", serialNumber },
-  { interfaceName: "uagv", transport: { brokerUrl }, vdaVersion: "2.0.0", topicObjectValidation: { inbound: true, outbound: false } },
+  { interfaceName: "uagv", transport: { brokerUrl, heartbeat: 2, reconnectPeriod: 500 }, vdaVersion: "2.0.0", topicObjectValidation: { inbound: true, outbound: false } },
   { agvAdapterType: VirtualAgvAdapter, publishVisualizationInterval: 200, publishStateInterval: 5000 },
   {
     initialPosition: { mapId: "default", x: Number(x), y: Number(y), theta: 0, lastNodeId: "0" },
     vehicleSpeed: Number(vehicleSpeed),
-    timeLapse: Number(timeLapse),
     tickRate: 20,
   },
 );

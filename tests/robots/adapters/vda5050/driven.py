@@ -58,6 +58,8 @@ class Driven:
     """What the master has sent."""
     told: list[tuple[Topic, bytes]] = field(default_factory=list)
     """What the vehicle has sent."""
+    is_cut: bool = False
+    """Nothing passes."""
 
     def __post_init__(self) -> None:
         self.id = VehicleId(manufacturer="STEPPED", serial_number="AGV", major=self.major)
@@ -124,9 +126,13 @@ class Driven:
     def _from_master(self, topic: Topic, message: Headed) -> None:
         payload = self._codecs[0].encode(self.id, topic, message)
         self.sent.append((topic, payload))
+        if self.is_cut:
+            return
         self.vehicle.receive(decode(self.id, topic, payload))
 
     def _from_vehicle(self, topic: Topic, message: Headed) -> None:
         payload = self._codecs[1].encode(self.id, topic, message)
         self.told.append((topic, payload))
+        if self.is_cut:
+            return
         self.driver.heard(decode(self.id, topic, payload))

@@ -294,12 +294,25 @@ def test_nothing_is_sent_to_a_vehicle_whose_connection_is_broken() -> None:
     driven = Driven()
     driven.step(1.0)
     driven.driver.heard(Connection(connection_state=VehicleConnection.CONNECTION_BROKEN))
+    driven.is_cut = True
     driven.begin(ERRAND, 0)
     driven.step(20.0)
     assert not driven.orders
     assert driven.driver.telemetry() is None
+    driven.is_cut = False
     driven.driver.heard(Connection(connection_state=VehicleConnection.ONLINE))
     assert driven.until_ended().state is ProgressState.FINISHED
+
+
+def test_a_vehicle_that_states_itself_long_after_its_last_will_is_connected() -> None:
+    driven = Driven()
+    driven.step(1.0)
+    driven.driver.heard(Connection(connection_state=VehicleConnection.CONNECTION_BROKEN))
+    driven.vehicle.pause_by_hand()
+    driven.step(1.0)
+    assert driven.driver.connection is VehicleConnection.CONNECTION_BROKEN
+    driven.step(40.0)  # the vehicle states itself every 30 s
+    assert driven.driver.connection is VehicleConnection.ONLINE
 
 
 def test_nothing_is_sent_that_is_not_saved() -> None:

@@ -1,0 +1,159 @@
+"""The virtual vehicle of the package vda-5050-lib as a robot: recruited, driven, cut off, found again.
+
+It is a process of its own and speaks VDA 5050 2.0 by MQTT; nothing of it is changed.
+"""
+
+import shutil
+import signal
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from app.planning.pool.pool import PlanningWorker
+from robots.adapters.vda5050.master import MasterControl
+from robots.adapters.vda5050.settings import Settings, places_of_world
+from robots.link.mqtt import Broker
+from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
+from tests.scenarios.services import AUTHORISED, over_broker
+from tests.waiting import awaited, in_state, until
+
+FOLDER = Path(__file__).parent.parent / "third_party" / "vda5050"
+pytestmark = [
+    needs_mosquitto,
+    pytest.mark.skipif(
+        shutil.which("node") is None or not (FOLDER / "node_modules").is_dir(),
+        reason=f"no node, or not installed: npm install --prefix {FOLDER.relative_to(Path.cwd())}",
+    ),
+]
+HALL = """
+name: hall
+compartments:
+  - {name: hall, x: [0, 8], y: [0, 6]}
+walls:
+  - {start: [0, 0], end: [8, 0]}
+  - {start: [8, 0], end: [8, 6]}
+  - {start: [8, 6], end: [0, 6]}
+  - {start: [0, 6], end: [0, 0]}
+locations:
+  - {name: bay_1, kind: bay, at: [0.5, 2], approach_deg: [0]}
+  - {name: bay_2, kind: bay, at: [7.5, 2], approach_deg: [180]}
+  - {name: home_1, kind: home, at: [4, 0.6], approach_deg: [90], capacity: 0}
+robots:  # a world has one at least; nobody speaks for this one
+  - {name: absent_1, compartment: hall, start: [1, 5, 0], home: home_1, external: true, repertoire: [TRACK]}
+samples:
+  - {name: sample_1, at: bay_1}
+"""
+LOAD = {"stationType": "floor", "loadType": "EPAL", "duration": 0.5}
+"""What this vehicle wants to know of a load."""
+
+
+class VirtualVehicle:
+    """The process."""
+
+    def __init__(self, broker: Mosquitto) -> None:
+        self._process = subprocess.Popen(
+            ["node", str(FOLDER / "vehicle.js"), broker.url, "AGV-7", "4", "3", "1"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        assert self._process.stdout is not None
+        assert self._process.stdout.readline() == "ready\n"
+
+    def cut_off(self, is_cut: bool) -> None:
+        """It answers nothing more, so that the broker gives it up; or it goes on."""
+        self._process.send_signal(signal.SIGSTOP if is_cut else signal.SIGCONT)
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.communicate()
+
+
+@pytest.fixture
+def broker(tmp_path: Path) -> Iterator[Mosquitto]:
+    with mosquitto(tmp_path / "broker") as broker:
+        yield broker
+
+
+@pytest.fixture
+def vehicle(broker: Mosquitto) -> Iterator[VirtualVehicle]:
+    vehicle = VirtualVehicle(broker)
+    yield vehicle
+    vehicle.close()
+
+
+@contextmanager
+def adapter(folder: Path, world: Path, broker: Mosquitto) -> Iterator[MasterControl]:
+    """The adapter, as `macta-robot vda5050` runs it."""
+    at = Broker.at(broker.url)
+    settings = Settings(
+        places=places_of_world(world), action_parameters={"pick": LOAD, "drop": LOAD}, versions=(2,)
+    )
+    control = MasterControl(settings, world="hall", vehicles_at=at, macta_at=at, folder=folder)
+    ends = threading.Event()
+    runs = threading.Thread(target=control.run, args=(ends,))
+    control.start()
+    runs.start()
+    try:
+        yield control
+    finally:
+        ends.set()
+        runs.join()
+        control.close()
+
+
+def ended(api: TestClient, text: str) -> dict[str, Any]:
+    """The mission of a goal, once it has ended."""
+    goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).raise_for_status().json()
+    found = in_state(api, f"/v1/goals/{goal['id']}", "committed", "finished", "failed")
+    return in_state(api, f"/v1/missions/{found['mission_id']}", "completed", "failed")
+
+
+def test_a_published_virtual_vehicle_is_recruited_driven_cut_off_and_found_again(
+    tmp_path: Path, worker: PlanningWorker, broker: Mosquitto, vehicle: VirtualVehicle
+) -> None:
+    world = tmp_path / "hall.yaml"
+    world.write_text(HALL)
+    with (
+        over_broker(tmp_path / "service", worker, broker.url, world=str(world)) as service,
+        TestClient(service.api, headers=AUTHORISED) as api,
+        adapter(tmp_path / "memory", world, broker) as control,
+    ):
+
+        def seen() -> dict[str, Any]:
+            return api.get("/v1/robots/agv_7").raise_for_status().json()  # type: ignore[no-any-return]
+
+        until(lambda: "agv_7" in control.robots)
+        sheets = "/v1/worlds/hall/factsheets"
+        awaited(lambda: [one["state"] for one in api.get(sheets).json()["items"]], ["announced"].__eq__)
+        sheet = api.get(sheets).json()["items"][0]["sheet"]
+        assert set(sheet["repertoire"]) == {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"}
+        assert (sheet["speed_m_s"], sheet["senses"]) == (1.0, [])
+        api.post("/v1/worlds/hall/robots/agv_7:admit").raise_for_status()
+        awaited(lambda: seen()["connection"], "online".__eq__)
+
+        assert ended(api, "send agv_7 to bay_2")["state"] == "completed"
+        pose = seen()["pose"]
+        assert (pose["x_m"], pose["y_m"]) == pytest.approx((6.7, 2.0), abs=0.2)
+
+        mission = ended(api, "move sample_1 to bay_2")
+        assert mission["state"] == "completed", mission
+        tags = [packet["tag"] for packet in mission["progress"][0]["packets"]]
+        assert tags == ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"]
+
+        body = {"text": "send agv_7 to bay_1", "auto_approve": True}
+        goal = api.post("/v1/goals", json=body).raise_for_status().json()
+        awaited(lambda: seen()["pose"]["x_m"], lambda x: x < 6.0)
+        vehicle.cut_off(True)
+        awaited(lambda: seen()["connection"], "connection_broken".__eq__)
+        vehicle.cut_off(False)
+        awaited(lambda: seen()["connection"], "online".__eq__)
+        found = in_state(api, f"/v1/goals/{goal['id']}", "finished", "failed")
+        assert found["state"] == "finished"
+        assert seen()["pose"]["x_m"] == pytest.approx(1.3, abs=0.2)
