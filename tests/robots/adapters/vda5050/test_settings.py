@@ -1,5 +1,6 @@
 """The file of settings: defaults, frames, places, and errors that say where."""
 
+import json
 from math import hypot, pi
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from robots.adapters.vda5050.settings import APPROACH_M, Settings, SettingsError
 from robots.adapters.vda5050.topics import VehicleId
 from robots.physical.stand_off import STAND_OFF_M
 from robots.world import shipped_worlds
-from tests.robots.adapters.vda5050.driven import Driven
+from tests.robots.adapters.vda5050.driven import ERRAND, SETTINGS, Driven
 
 VEHICLE = VehicleId(manufacturer="ACME", serial_number="AGV-7.x")
 metres = st.floats(-1e3, 1e3)
@@ -43,8 +44,6 @@ def test_a_map_is_scaled_turned_and_shifted() -> None:
 
 
 def test_a_map_with_another_frame_is_driven_to_the_same_places_of_the_world() -> None:
-    from tests.robots.adapters.vda5050.driven import ERRAND, SETTINGS
-
     frame = Frame(map_id="default", offset=(5.0, -1.0), rotation_deg=90.0)
     driven = Driven(settings=SETTINGS.model_copy(update={"frame": frame}))
     driven.vehicle.x, driven.vehicle.y = 5.0, -1.0
@@ -89,6 +88,11 @@ def test_settings_that_do_not_fit_are_refused_with_their_place(tmp_path: Path, t
     with pytest.raises(SettingsError) as error:
         load_settings(path)
     assert said in str(error.value)
+
+
+def test_the_published_json_schema_is_that_of_the_settings() -> None:
+    published = json.loads(Path("docs/vda5050.schema.json").read_text())
+    assert published == Settings.model_json_schema()
 
 
 def test_an_empty_file_is_the_defaults(tmp_path: Path) -> None:
