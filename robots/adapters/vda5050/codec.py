@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Callable
-from datetime import UTC, datetime
+from datetime import datetime, timezone
 from typing import Any
 
 from pydantic import ValidationError
@@ -38,7 +38,7 @@ class MessageError(RobotError):
 
 
 def utc_now() -> datetime:
-    return datetime.now(UTC)
+    return datetime.now(timezone.utc)
 
 
 class Encoder:
@@ -73,7 +73,7 @@ class Encoder:
 
 def timestamp(at: datetime) -> str:
     """ISO 8601 in UTC, with milliseconds: `1991-03-11T11:40:03.123Z`."""
-    return f"{at.astimezone(UTC):%Y-%m-%dT%H:%M:%S}.{at.microsecond // 1000:03d}Z"
+    return f"{at.astimezone(timezone.utc):%Y-%m-%dT%H:%M:%S}.{at.microsecond // 1000:03d}Z"
 
 
 def decode(vehicle: VehicleId, topic: Topic, payload: bytes) -> Headed:

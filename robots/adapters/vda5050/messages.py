@@ -5,11 +5,12 @@ snake case, `json_of` writes the standard's. Fields that are not known here are 
 (`robots.adapters.vda5050.version2`). Metres, radians, seconds; headings counter-clockwise from the map's x axis.
 """
 
-from enum import StrEnum
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.alias_generators import to_camel
+
+from robots.data import StrEnum
 
 MAX_THETA_RAD = 3.14159265359
 """The greatest heading of the published schemas, a little more than pi."""

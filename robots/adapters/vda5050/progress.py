@@ -1,10 +1,10 @@
 """What a vehicle's state says of an order and of the part of it that is to be carried out. Pure."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 from robots.adapters.vda5050.messages import ActionStatus, State, VehicleError
 from robots.adapters.vda5050.orders import Leg
+from robots.data import StrEnum
 
 
 class Standing(StrEnum):

@@ -4,10 +4,11 @@ from cmath import rect
 from collections.abc import Mapping, Sequence
 from math import dist, radians
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import yaml
 from pydantic import Field, ValidationError, model_validator
+from typing_extensions import Self
 
 from robots.adapters.vda5050.frame import Frame
 from robots.adapters.vda5050.messages import BlockingType

@@ -2,8 +2,10 @@
 
 import re
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import Self
+
+from typing_extensions import Self
+
+from robots.data import StrEnum
 
 INTERFACE = "uagv"
 """The usual first level; an installation may have another."""
