@@ -156,6 +156,7 @@ class ContractRobot:
             self._link.discard()
         if (run := self._current) is not None:
             run.command(may_start=is_saved)
+        self._save(now_s)
 
     def _begin(self, memory: ContractMemory) -> None:
         self._run = memory.run
@@ -239,7 +240,8 @@ class ContractRobot:
         return self._runs[0] if self._runs else None
 
     def _advance(self, step_s: float, now_s: float) -> None:
-        if (run := self._current) is not None:
+        """Nothing goes on while it cannot be remembered."""
+        if (run := self._current) is not None and not self._complaint:
             self._changed |= run.advance(step_s, now_s)
 
     def _handle(self, message: Message, now_s: float) -> None:

@@ -49,13 +49,16 @@ class PacketDriver(Protocol):
         received it, still carries it out or has ended it meanwhile: the driver must not have it done twice, and `poll`
         tells how it stands. Outside of a restart the packet before has ended, or did not stop in time.
 
-        What a driver adds to its memory here is saved only after this call: ids that it gives to the robot at once must
-        follow from the packet's; others may be sent from the next `poll` on.
+        What a driver adds to its memory here is saved before the next `poll`: ids that it gives to the robot at once
+        must follow from the packet's; others are sent from then on.
         """
         ...
 
     def poll(self) -> Progress:
-        """What has become of the packet begun last. An end is told again with each call; events are told once."""
+        """What has become of the packet begun last. An end is told again with each call; events are told once.
+
+        Also called while the packet is paused; an end that it tells then counts only if it tells it afterwards, too.
+        """
         ...
 
     def pause(self) -> None:

@@ -215,12 +215,12 @@ class ScriptRun:
         memory = self._memory
         if not self._attached:
             return self._drop_unbegun(now_s)
-        if memory.paused and memory.stop is None:
-            return False
         if self._objection is not None:
             progress = Progress(state=ProgressState.FAILED, detail=self._objection)
         else:
             progress = self._driver.poll()
+        if memory.paused and memory.stop is None:
+            return False  # its end is told again once the robot goes on
         if progress.perceived is not None:
             self._perceived = progress.perceived
         has_told = self._tell_running(progress, now_s)
