@@ -311,6 +311,7 @@ class Service:
             clocks=self.clocks,
             waiting=self._waiting_goals,
             checks=self._file_checks,
+            is_connected=self.board.is_connected,
             perceives=self._perceives,
         )
         self.factsheets = Factsheets(

@@ -190,10 +190,12 @@ class RobotWatch:
         self._courses: dict[str, _Course] = {}
 
     def admits(self, robot: str, publication: Publication) -> bool:
-        """False for a message that a robot with a key has not signed."""
+        """False for a message that a robot with a key has not signed, or has signed while its twin is simulated."""
         key = self._keys().get(robot)
-        if key is None or self._is_simulated(robot):
+        if key is None:
             return True
+        if self._is_simulated(robot):
+            return not publication.signature
         reason = self._signatures.doubt(publication, key)
         if reason:
             self._impersonations.note(self._world, robot, reason)

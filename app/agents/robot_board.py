@@ -122,6 +122,12 @@ class RobotBoard:
         with self._changed:
             return self._views[robot]
 
+    def is_connected(self, robot: str) -> bool:
+        """Whether somebody speaks for the robot now."""
+        with self._changed:
+            view = self._views.get(robot)
+        return view is not None and view.connection(self._wall.monotonic_s()) is Connection.ONLINE
+
     def points(self, world: str) -> Mapping[str, tuple[float, float]]:
         """The last reported positions of the world's robots, (x, y) in metres."""
         heard = {name: view.telemetry for name, view in self.views(world).items()}

@@ -26,7 +26,7 @@ from app.domain.lifecycles.factsheet import (
 from app.domain.world_model.edits import ChangeRobot, WorldEdit
 from app.domain.world_model.factsheets import addition, difference, facts_said_by
 from app.missions.world_changes import NEEDED, WorldChanges
-from app.store import FactsheetRow, WorldRow
+from app.store import EditionRow, FactsheetRow, WorldRow
 from app.store.editions import WorldDirectory
 from app.store.facts import factsheet_of
 from app.store.records import lock_running_missions
@@ -67,6 +67,8 @@ class Factsheets:
         self._changed_at_s: dict[tuple[str, str], float] = {}
         """When a robot of a world has last changed it (monotonic), by world and robot."""
         self._dropped = 0
+        self._turned_down: dict[tuple[str, str], FactsheetReply] = {}
+        """By world and robot, the answer to one whose twin is simulated. Not recorded: the robot asks again."""
 
     def record(self, world: str, messages: Sequence[Message]) -> Sequence[Reception]:
         """Record factsheets: together those that change nothing of the world, each other for itself."""
@@ -94,7 +96,13 @@ class Factsheets:
             found = session.execute(select(*columns).where(FactsheetRow.world == world, open_)).all()
         postponed = [one.robot for one in found if one.state == FactsheetState.POSTPONED]
         has_news = self._retry(world, postponed)
-        return self._untold(world) if has_news or any(not one.is_told for one in found) else ()
+        turned_down = [
+            reply
+            for key, _ in list(self._turned_down.items())
+            if key[0] == world and (reply := self._turned_down.pop(key, None)) is not None
+        ]
+        is_due = has_news or any(not one.is_told for one in found)
+        return [*turned_down, *(self._untold(world) if is_due else ())]
 
     def _retry(self, world: str, robots: Sequence[str]) -> bool:
         """Follow the postponed factsheets that no mission stands in the way of; True if there is one."""
@@ -180,6 +188,10 @@ class Factsheets:
         assert isinstance(sheet, Factsheet)
         run = session.get_one(WorldRow, world).run or ""
         spec = self._specs(world).get(message.sender)
+        is_simulated = spec is not None and not spec.external
+        if is_simulated and sheet.edition is None and self._is_replaced(session, world, message.sender):
+            self._turn_down(world, message)
+            return Reception.RECORDED
         row = session.get(FactsheetRow, (world, message.sender), populate_existing=True)
         if row is not None and row.state in IN_WORLD and spec is None:  # the world's file was replaced
             session.delete(row)
@@ -203,6 +215,21 @@ class Factsheets:
         row.came_at = utc_now()
         self._follow(session, row, spec)
         return Reception.RECORDED
+
+    def _is_replaced(self, session: Session, world: str, robot: str) -> bool:
+        """Whether the robot's simulated twin took its place, of all that was changed last."""
+        query = select(EditionRow.edits).where(EditionRow.world == world).order_by(EditionRow.edition.desc())
+        for edits in session.scalars(query):
+            for edit in reversed(edits):
+                if edit.get("name") == robot and edit.get("external") is not None:
+                    return edit["external"] is False
+        return False
+
+    def _turn_down(self, world: str, message: Message) -> None:
+        reason = f"{message.sender} is simulated now; an operator may take it back (change_robot, external)"
+        self._turned_down[world, message.sender] = FactsheetReply(
+            robot=message.sender, message_id=message.id, state=FactsheetState.REFUSED, reason=reason
+        )
 
     def _put_off(
         self,

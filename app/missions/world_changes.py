@@ -1,7 +1,7 @@
 """Changes of a world while it runs: checked, recorded as an edition with its reason, and undone."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pydantic import TypeAdapter, ValidationError
@@ -86,12 +86,15 @@ class WorldChanges:
         waiting: WaitingGoals,
         checks: FileChecks,
         perceives: Perceives | None = None,
+        is_connected: Callable[[str], bool] = lambda robot: False,
     ) -> None:
         """
         :param clocks: the worlds' clocks by the world's name.
+        :param is_connected: whether somebody speaks for a robot now.
         :param checks: of robots that are added or changed.
         :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
         """
+        self._is_connected = is_connected
         self._perceives = perceives
         self._checks = checks
         self._core = core
@@ -251,6 +254,7 @@ class WorldChanges:
         session.flush()
         core.facts.numbers.complete(session, edited.world, edited.facts, source=source, at_s=at_s)
         _forget_gone(session, edited.world)
+        _forget_replaced(session, world, edited.made)
         recorded = EditionRow(
             world=world,
             edition=checked.edition,
@@ -305,6 +309,7 @@ class WorldChanges:
         edited = apply_edits(edition.world, edits, supposed, self._core.knowledge_base)
         if not observed:
             self._refuse_needed(session, edition.world, edited)
+            self._refuse_connected(edition.world, edited)
             self._refuse_foreign(world, edited)
         return CheckedChange(
             edition=edition.number + 1,
@@ -361,6 +366,20 @@ class WorldChanges:
                         thing=needed[0],
                     )
 
+    def _refuse_connected(self, before: WorldFile, edited: EditedWorld) -> None:
+        """Refuse a twin for a robot that is connected: both would follow the twin's orders."""
+        for index, edit in enumerate(edited.made):
+            if not isinstance(edit, ChangeRobot) or edit.external is not False:
+                continue
+            robot = before.robots_by_name.get(edit.name)
+            if robot is not None and robot.external and self._is_connected(edit.name):
+                raise Conflict(
+                    f"edits.{index}: {edit.name} is connected and would follow the orders of its twin, too; "
+                    "disconnect it first",
+                    code="robot-connected",
+                    thing=edit.name,
+                )
+
     def _outdated(self, session: Session, edited: EditedWorld, compared: Facts) -> Sequence[str]:
         """The open plans that the facts no longer support, or that do not keep to a zone.
 
@@ -401,6 +420,15 @@ def _tuning_of(edit: WorldEdit) -> PacketTunings:
         case ChangeRobot(tuning=tuning):
             return tuning or {}
     return {}
+
+
+def _forget_replaced(session: Session, world: str, edits: Sequence[WorldEdit]) -> None:
+    """Drop the factsheets of robots in whose place others speak from now on."""
+    replaced = [edit.name for edit in edits if isinstance(edit, ChangeRobot) and edit.replaces]
+    if replaced:
+        session.execute(
+            delete(FactsheetRow).where(FactsheetRow.world == world, FactsheetRow.robot.in_(replaced))
+        )
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:

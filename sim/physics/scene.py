@@ -195,9 +195,6 @@ class Scene:
             self._collide(body, ROVERS, MOVABLE)
             self._foreign[robot] = body
 
-    def remove_foreign(self, robot: str) -> None:
-        self.remove(self._foreign.pop(robot))
-
     def make_intangible(self, rover: str) -> None:
         """From now on the rover only marks its pose: it collides with nothing, and no ray hits it."""
         self._collide(self._rovers[rover], 0, 0)

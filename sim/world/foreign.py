@@ -46,9 +46,6 @@ class ForeignRobots:
         if state.version < self._version:
             return
         self._version = state.version
-        for name in self._poses.keys() - state.robots.keys():
-            self._scene.remove_foreign(name)
-            del self._poses[name]
         for name, (x_m, y_m, heading_rad) in state.robots.items():
             if name in self.names:
                 self._put(name, Pose(x_m=x_m, y_m=y_m, heading_rad=heading_rad))

@@ -190,10 +190,8 @@ class FakeTeam:
             time.sleep(0.005)
 
     def _take(self, message: Message) -> None:
-        if isinstance(message.body, WorldChange):
-            self.editions.append(message.body.edition)
-            taken = WorldEdition(edition=message.body.edition)
-            self._far.send(self._message(WORLD, Performative.AGREE, taken, message.id))
+        if message.receiver == WORLD:
+            self._take_as_world(message)
             return
         robot = self.robots.setdefault(message.receiver, FakeRobot())
         if isinstance(message.body, Receipt | FactsheetAnswer):
@@ -213,6 +211,12 @@ class FakeTeam:
             return
         robot.answers[message.id] = self._answer(message, robot)
         self._far.send(robot.answers[message.id])
+
+    def _take_as_world(self, message: Message) -> None:
+        if isinstance(message.body, WorldChange):
+            self.editions.append(message.body.edition)
+            taken = WorldEdition(edition=message.body.edition)
+            self._far.send(self._message(WORLD, Performative.AGREE, taken, message.id))
 
     def _note_answer(self, message: Message, answer: Receipt | FactsheetAnswer) -> None:
         if isinstance(answer, FactsheetAnswer):

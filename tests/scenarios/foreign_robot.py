@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from math import atan2, cos, dist, radians, sin
 from typing import Any
 
-from paho.mqtt.client import Client, MQTTMessage
+from paho.mqtt.client import Client, MQTTMessage, MQTTMessageInfo
 from paho.mqtt.enums import CallbackAPIVersion, MQTTProtocolVersion
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
@@ -27,6 +27,8 @@ class ForeignRobot:
         self.done: list[tuple[str, str]] = []
         """Tag and object, or destination, of each packet that it has finished."""
         self.holding: str | None = None
+        self.told: list[dict[str, Any]] = []
+        """What it was told of its factsheet."""
         spec = next(one for one in world["robots"] if one["name"] == name)
         area = next(one for one in world["compartments"] if one["name"] == spec["compartment"])
         self._area = (area["x"], area["y"])
@@ -52,8 +54,11 @@ class ForeignRobot:
         self._thread.start()
 
     def close(self) -> None:
+        if self._ends.is_set():
+            return
         self._ends.set()
         self._thread.join()
+        self._publish("connection", b'{"state": "offline"}', retain=True).wait_for_publish(10)
         self._client.disconnect()
         self._client.loop_stop()
 
@@ -156,10 +161,10 @@ class ForeignRobot:
         self._publish(channel, payload, retain=retain)
         return message["id"], payload
 
-    def _publish(self, channel: str, payload: bytes, *, retain: bool = False) -> None:
+    def _publish(self, channel: str, payload: bytes, *, retain: bool = False) -> MQTTMessageInfo:
         properties = Properties(PacketTypes.PUBLISH)  # type: ignore[no-untyped-call]
         properties.UserProperty = [("run", self._run)]
-        self._client.publish(f"{self._topic}/{channel}", payload, 1, retain, properties)
+        return self._client.publish(f"{self._topic}/{channel}", payload, 1, retain, properties)
 
     def _hear(self, _: Client, __: Any, arrived: MQTTMessage) -> None:
         said = json.loads(arrived.payload)
@@ -170,6 +175,8 @@ class ForeignRobot:
         body = said["body"]
         if body["kind"] == "receipt":
             self._unconfirmed.pop(said["in_reply_to"], None)
+        elif body["kind"] == "factsheet_answer":
+            self.told.append(body)
         elif body["kind"] == "script_request":
             self._agree(said, body["script"]["id"])
             if body["script"]["id"] not in self._known:

@@ -16,7 +16,7 @@ from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.foreign_robot import ForeignRobot
 from tests.scenarios.services import AUTHORISED, over_broker
 from tests.scenarios.serving import macta_fleet
-from tests.waiting import ENDED, in_state, read_until
+from tests.waiting import ENDED, in_state, read_until, until
 
 pytestmark = needs_mosquitto
 FOREIGN = ("yard_1", "yard_2")
@@ -54,11 +54,7 @@ def test_two_simulated_and_two_foreign_robots_bring_a_sample_to_its_bay(
             robots.callback(robot.close)
         for name in FOREIGN:
             read_until(api, f"/v1/robots/{name}", lambda one: one["factsheet"] and one["pose"])
-        body = {"text": "move sample_3 to bay_7", "auto_approve": True, "recovery": "never"}
-        goal = api.post("/v1/goals", json=body).raise_for_status().json()
-        mission = in_state(api, f"/v1/goals/{goal['id']}", "committed", "completed")["mission_id"]
-        ended = in_state(api, f"/v1/missions/{mission}", *ENDED, within_s=120)
-        assert ended["state"] == "completed", ended
+        carried_out(api, "move sample_3 to bay_7")
         believed = {
             (one["predicate"], *one["args"])
             for one in api.get("/v1/worlds/mixed_store/facts").json()["items"]
@@ -68,3 +64,31 @@ def test_two_simulated_and_two_foreign_robots_bring_a_sample_to_its_bay(
             (tag, thing) for robot in foreign for tag, thing in robot.done if tag in ("DOCK", "RELEASE2")
         ]
         assert carried == [("DOCK", "sample_3"), ("RELEASE2", "sample_3")]
+
+        # One of the foreign robots is switched off, and its twin simulated in its place.
+        (mover,) = [robot for robot in foreign if robot.holding is None and robot.done]
+        mover.close()
+        stood = api.get(f"/v1/robots/{mover.name}").json()["pose"]
+        edit = {"edit": "change_robot", "name": mover.name, "external": False}
+        change = {"edits": [edit], "reason": "its motor is repaired"}
+        read_until(api, f"/v1/robots/{mover.name}", lambda one: one["connection"] == "offline")
+        api.post("/v1/worlds/mixed_store/changes", json=change).raise_for_status()
+        twin = read_until(
+            api, f"/v1/robots/{mover.name}", lambda one: one["factsheet"] and one["connection"] == "online"
+        )
+        assert abs(twin["pose"]["x_m"] - stood["x_m"]) < 0.3
+        assert abs(twin["pose"]["y_m"] - stood["y_m"]) < 0.3
+        carried_out(api, f"send {mover.name} to door_2")
+        again = ForeignRobot(mover.name, broker.port, world)
+        robots.callback(again.close)
+        until(lambda: [one["state"] for one in again.told] == ["refused"])
+        assert "is simulated now" in again.told[0]["reason"]
+
+
+def carried_out(api: TestClient, text: str) -> None:
+    """A goal is reached by a mission."""
+    body = {"text": text, "auto_approve": True, "recovery": "never"}
+    goal = api.post("/v1/goals", json=body).raise_for_status().json()
+    mission = in_state(api, f"/v1/goals/{goal['id']}", "committed", "completed")["mission_id"]
+    ended = in_state(api, f"/v1/missions/{mission}", *ENDED, within_s=120)
+    assert ended["state"] == "completed", ended

@@ -186,6 +186,15 @@ class ChangeRobot(EditOfOne):
     )
     tuning: Tuning | None = None
     link: LinkSpec | None = Field(default=None, description="null: the world's")
+    external: bool | None = Field(
+        default=None,
+        description="true: software of its own speaks for it; false: its twin is simulated instead",
+    )
+
+    @property
+    def replaces(self) -> bool:
+        """True if a simulated twin takes the robot's place, or the other way round."""
+        return self.external is not None
 
     @property
     def values(self) -> dict[str, Any]:
@@ -213,6 +222,12 @@ class ChangeRobot(EditOfOne):
 
     def apply(self, world: WorldFile, facts: Facts) -> Edited:
         robot = _known("robot", self.name, world.robots)
+        if self.replaces and (held := occupants(self.name, facts)):
+            raise Conflict(
+                f"{self.name} holds {', '.join(held)}, which its twin would not; have it put down first",
+                code="robot-holds-sample",
+                thing=self.name,
+            )
         try:
             other = RobotSpec.model_validate(dict(robot) | self.values)
         except ValidationError as error:
