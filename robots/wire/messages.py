@@ -293,8 +293,8 @@ class ForeignState(Wire):
     """Service to a world: what robots that it does not simulate have told (inform).
 
     It is the whole state, sent again and again; robots that are missing stand where they stood. `version` counts the
-    changes of facts: one with a lower version is outdated. `robots`: their poses, x and y in metres, heading in radians.
-    `samples`: those that such a robot was the last to move.
+    changes of facts: one with a lower version is outdated. `robots`: their poses, x and y in metres and heading in
+    radians. `samples`: those that such a robot was the last to move.
     """
 
     kind: Literal["foreign_state"] = "foreign_state"
