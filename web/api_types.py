@@ -83,6 +83,24 @@ class RobotStart(ApiModel):
     start: tuple[float, float, float]
 
 
+class Stop(ApiModel):
+    """A level of a lift, and the door of its cabin there, metres."""
+
+    level: str
+    start: Point
+    end: Point
+
+
+class Peripheral(ApiModel):
+    """A door or hatch with its panel, or a lift with its stops, metres."""
+
+    name: str
+    kind: str
+    start: Point | None = None
+    end: Point | None = None
+    stops: tuple[Stop, ...] = ()
+
+
 class Layout(ApiModel):
     """A world's layout."""
 
@@ -95,6 +113,7 @@ class Layout(ApiModel):
     obstacles: tuple[Obstacle, ...] = ()
     slopes: tuple[Floor, ...] = ()
     zones: tuple[Zone, ...] = ()
+    peripherals: tuple[Peripheral, ...] = ()
 
     @property
     def berths(self) -> frozenset[str]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robots.world import ZoneRule
+from robots.world import ZoneRule, load_world
 from web.api_types import Fact, Layout, Plan, PlannedAction, RobotTelemetry, Wall
 from web.scene import palette
 from web.scene.building import wall_pieces
@@ -25,6 +25,7 @@ from web.scene.labels import (
     without_overlap,
 )
 from web.scene.paths import routes
+from web.scene.peripherals import panels_of
 from web.scene.robots import label_text
 from web.scene.samples import LIFTED_M, SamplePositions
 
@@ -87,6 +88,14 @@ def test_a_sample_that_is_with_a_robot_which_does_not_hold_it_lies_where_its_tag
 
 def test_a_sample_of_which_nothing_is_known_is_not_drawn() -> None:
     assert SamplePositions(LAYOUT).update([], {}) == {}
+
+
+def test_a_door_is_drawn_open_by_its_fact_and_a_lift_by_its_level() -> None:
+    layout = Layout.model_validate(load_world("guarded_store").model_dump(mode="json"))
+    panels = panels_of(layout)
+    assert panels[Fact(predicate="opened", args=("gate_1",))] == ((5.5, 5.7), (5.5, 6.9))
+    assert panels[Fact(predicate="lift_at", args=("lift_1", "upper"))] == ((12.4, 5.7), (12.4, 6.9))
+    assert len(panels) == 5
 
 
 def test_a_wall_is_cut_at_its_openings() -> None:

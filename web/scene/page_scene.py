@@ -13,6 +13,7 @@ from web.scene.geometry import ring
 from web.scene.labels import ROBOT_RANK, SAMPLE_RANK, SELECTED_RANK, FloorLabelsView, Label, LabelsView
 from web.scene.nodes import add_mesh
 from web.scene.paths import PathsView
+from web.scene.peripherals import PeripheralsView
 from web.scene.robots import LABEL_HEIGHT_M, RobotsView, label_text
 from web.scene.samples import HEIGHT_M, SamplesView
 
@@ -37,6 +38,7 @@ class PageScene:
         scene = client.scene
         names = [robot.name for robot in layout.robots]
         draw_building(scene, layout, theme)
+        self._peripherals = PeripheralsView(scene, layout)
         self._places = PlacesView(scene, layout, lambda name: on_pick("place", name))
         self._robots = RobotsView(scene, names, theme.trim, lambda name: on_pick("robot", name))
         self._samples = SamplesView(scene, layout, lambda name: on_pick("sample", name))
@@ -61,6 +63,7 @@ class PageScene:
                 self._samples.tracked.forget()
             self._time_s = frame.time_s
             self._places.update(frame.facts)
+            self._peripherals.update(frame.facts)
             self._robots.update(frame, state.robot)
             self._samples.update(frame.facts, frame.robots)
             robot = frame.robots.get(state.robot or "")
