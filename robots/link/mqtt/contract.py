@@ -15,11 +15,11 @@ from robots.link.mqtt.topics import (
     WorldAnnouncement,
     channel_of,
 )
-from robots.wire import CONTRACT, Message, NotUnderstood, Telemetry, WorldChange, WorldEdition
+from robots.wire import CONTRACT, ForeignState, Message, NotUnderstood, Telemetry, WorldChange, WorldEdition
 from robots.wire.messages import KnownBody
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
-OF_FLEETS = (WorldChange, WorldEdition)
+OF_FLEETS = (ForeignState, WorldChange, WorldEdition)
 """Bodies between the service and what simulates a world; no robot's."""
 WORLD_TOPIC = "world"
 RETAINED = {Channel.CONNECTION: "presence", Channel.FACTSHEET: "factsheet"}
