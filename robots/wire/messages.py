@@ -170,8 +170,8 @@ class Factsheet(Wire):
 
     `body` and `sensors` as in a world file, each a kind or one with its measures; `repertoire`: its packets' tags.
     `compartment`, `aisle`, `home`: the area and home that it keeps to; without a compartment, that in which it stands.
-    `senses`: the predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that
-    Macta's robots perceive with their sensors. What it does not perceive it is told by clearance.
+    `senses`: the predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: what was
+    said before of it, or none. What it does not perceive it is told by clearance.
     `start`: where it stands, x and y in metres, heading in degrees. `edition`: of the world that made it so; None for a
     robot that is not simulated. `contract`: the version that the robot was made for; empty if it does not say.
     """

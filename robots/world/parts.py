@@ -113,7 +113,7 @@ class RobotSpec(Checked):
     `sonar`: the range sensors, in order: its whiskers, and a virtual sonar that detects avatars.
     `sensors`: further ones: cameras, and those of installed packages.
     `senses`: predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that its
-    sensors perceive. What it does not perceive it is told by clearance.
+    sensors perceive; none of an `external` robot. What it does not perceive it is told by clearance.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `link`: its radio, with the world's `link` as default for each value.
     `external`: software of its own speaks for it on the link; it is not simulated.

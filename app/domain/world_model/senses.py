@@ -13,9 +13,12 @@ Perceives = Callable[[Collection[str], Collection[str] | None], frozenset[str]]
 
 
 def senses_of(robot: RobotSpec, perceives: Perceives) -> frozenset[str]:
-    """The predicates, in rel/ref form, whose facts the robot senses."""
-    if robot.senses is not None:
-        return frozenset(robot.senses)
+    """The predicates, in rel/ref form, whose facts the robot senses.
+
+    One with software of its own senses what it says: nothing, unless it does.
+    """
+    if robot.senses is not None or robot.external:
+        return frozenset(robot.senses or ())
     measured = [sensor.measures for sensor in robot.sensors]
     stated = [one for one in measured if one is not None]
     is_known = len(stated) == len(measured) and not isinstance(robot.body, PackageBodySpec)
