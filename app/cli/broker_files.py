@@ -46,7 +46,8 @@ def service_and_fleet() -> str:
         "# is refused.",
         "",
         "user service",
-        *(f"topic read {topic}" for topic in (world_topic("+"), *of_robots)),
+        f"topic readwrite {world_topic('+')}",  # it announces worlds without a fleet
+        *(f"topic read {topic}" for topic in of_robots),
         *(f"topic write {topic}" for topic in to_robots),
         "",
         "user fleet",
