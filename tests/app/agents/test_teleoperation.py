@@ -17,11 +17,14 @@ class InContact:
         view = RobotView(name=name, world="hall", telemetry=Telemetry(at_s=0, x_m=0, y_m=0, heading_rad=0))
         return RobotReport(
             view=view,
+            kind="robot",
+            state="",
             connection=Connection.ONLINE,
             last_heard_s=0.0,
             silent=False,
             next_contact_s=0.0,
             repertoire=(),
+            senses=(),
             reach=(),
             mission_id=None,
             lost=None,
