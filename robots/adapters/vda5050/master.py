@@ -5,6 +5,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from hashlib import sha256
 from pathlib import Path
 
 from robots.adapters.vda5050.codec import Encoder, MessageError, decode
@@ -67,7 +68,7 @@ class MasterControl:
         self._malformed = 0
         self._session = Session(
             vehicles_at,
-            f"macta-vda5050-{world}",
+            _client_id(settings, world),
             subscriptions=[
                 (subscription(settings.interface, version, topic), topic.qos)
                 for version in settings.versions
@@ -177,3 +178,9 @@ class MasterControl:
         payload = self._encoder.encode(vehicle, topic, message)
         address = vehicle.topic(self._settings.interface, topic)
         self._session.publish(Publication(topic=address, payload=payload, qos=topic.qos, waits=True))
+
+
+def _client_id(settings: Settings, world: str) -> str:
+    """One for each set of vehicles: of two adapters that would drive the same ones the broker keeps the later."""
+    listed = "-".join(sorted(settings.vehicles)) if settings.only_listed else "all"
+    return f"macta-vda5050-{world}-{sha256(listed.encode()).hexdigest()[:12]}"
