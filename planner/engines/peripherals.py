@@ -125,7 +125,7 @@ def attend(
     sequence: Sequence[GroundAction], problem: PlanningProblem, knowledge_base: KnowledgeBase
 ) -> Attended:
     """The sequence with the peripherals' actions where they are needed; those that it has and that are not under way
-    are put anew.
+    are put in again where they are needed.
 
     What cannot be brought about is left out, so that the sequence is then found faulty; what cannot be restored stays.
     """

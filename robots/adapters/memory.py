@@ -26,7 +26,7 @@ class RunMemory(Memory):
 
     `index`: of the current packet, `state`: its state without pauses; `begun`: the driver was, or is about to be, given
     it; `told_running`: that it runs was reported; `order`: the newest order's number (0: none); `ended`: the actions
-    that have ended, by clearances; `silent`: nothing is reported any more, because its run of the world is over.
+    that have ended, by clearances; `silent`: it reports nothing, because its run of the world is over.
     """
 
     script: BehaviourScript

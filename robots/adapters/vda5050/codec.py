@@ -1,6 +1,7 @@
 """Messages to and from bytes: headers, numbers and timestamps on the way out, both versions' forms either way."""
 
 import json
+import logging
 from collections import Counter
 from collections.abc import Callable
 from datetime import datetime, timezone
@@ -21,6 +22,7 @@ from robots.adapters.vda5050.messages import (
 from robots.adapters.vda5050.topics import Topic, VehicleId
 from robots.adapters.vda5050.version2 import from_version2, to_version2
 from robots.errors import RobotError
+from robots.link.mqtt.session import Publication
 
 MAX_BYTES = 1024 * 1024
 TYPES: dict[Topic, type[Headed]] = {
@@ -31,6 +33,9 @@ TYPES: dict[Topic, type[Headed]] = {
     Topic.CONNECTION: Connection,
     Topic.FACTSHEET: VehicleFactsheet,
 }
+
+
+logger = logging.getLogger(__name__)
 
 
 class MessageError(RobotError):
@@ -96,3 +101,29 @@ def decode(vehicle: VehicleId, topic: Topic, payload: bytes) -> Headed:
     except ValidationError as error:
         fault = error.errors()[0]
         raise MessageError(f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}") from error
+
+
+class Reader:
+    """Reads what arrives on vehicles' topics; what is no message is dropped and counted."""
+
+    def __init__(self) -> None:
+        self._malformed = 0
+
+    def read(self, publication: Publication) -> tuple[VehicleId, Headed] | None:
+        """The vehicle and its message; None for what is dropped, and for what was taken back."""
+        found = VehicleId.of_topic(publication.topic)
+        if found is None or not publication.payload:
+            return None
+        vehicle, topic = found
+        try:
+            return vehicle, decode(vehicle, topic, publication.payload)
+        except MessageError as error:
+            self._malformed += 1
+            if str(self._malformed).strip("0") == "1":  # the first, the tenth, the hundredth …
+                logger.warning(
+                    "dropped an invalid message on %s (%d so far): %s",
+                    publication.topic,
+                    self._malformed,
+                    error,
+                )
+            return None

@@ -1,11 +1,10 @@
 """Robots of a world as vehicles of another master control, which takes the place of Macta's service there."""
 
-import logging
 from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 
-from robots.adapters.vda5050.codec import Encoder, MessageError, decode
+from robots.adapters.vda5050.codec import Encoder, Reader
 from robots.adapters.vda5050.master import MAX_WAITING, WallClock
 from robots.adapters.vda5050.messages import Connection, Headed, VehicleConnection
 from robots.adapters.vda5050.robot_vehicle import RobotVehicle
@@ -24,8 +23,6 @@ SHOWN = {
     ConnectionState.OFFLINE: VehicleConnection.OFFLINE,
     ConnectionState.CONNECTION_BROKEN: VehicleConnection.CONNECTION_BROKEN,
 }
-
-logger = logging.getLogger(__name__)
 
 
 class ForeignMaster:
@@ -48,6 +45,7 @@ class ForeignMaster:
         self._settings = settings
         self._folder = folder
         self._encoder = Encoder()
+        self._reader = Reader()
         self._arrived: deque[Publication] = deque(maxlen=MAX_WAITING)
         self._heard: deque[tuple[str, Telemetry | ConnectionState]] = deque(maxlen=MAX_WAITING)
         self._link = ServiceLink(world, robots, macta_at)
@@ -143,15 +141,9 @@ class ForeignMaster:
         return Publication(topic=address, payload=payload, retain=True)
 
     def _take(self, publication: Publication) -> None:
-        found = VehicleId.of_topic(publication.topic)
-        if found is None or not publication.payload:
+        if (read := self._reader.read(publication)) is None:
             return
-        vehicle, topic = found
-        try:
-            message = decode(vehicle, topic, publication.payload)
-        except MessageError as error:
-            logger.warning("dropped an invalid message on %s: %s", publication.topic, error)
-            return
+        vehicle, message = read
         if vehicle.serial_number in self._vehicles:
             self._vehicles[vehicle.serial_number].heard(message)
 

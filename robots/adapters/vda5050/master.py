@@ -8,7 +8,7 @@ from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 
-from robots.adapters.vda5050.codec import Encoder, MessageError, decode
+from robots.adapters.vda5050.codec import Encoder, Reader
 from robots.adapters.vda5050.factsheets import robot_name
 from robots.adapters.vda5050.fleet_member import FleetMember
 from robots.adapters.vda5050.messages import Headed
@@ -65,7 +65,7 @@ class MasterControl:
         self._passed_over: set[VehicleId] = set()
         self._arrived: deque[Publication] = deque(maxlen=MAX_WAITING)
         self._has_arrived = threading.Event()
-        self._malformed = 0
+        self._reader = Reader()
         self._session = Session(
             vehicles_at,
             _client_id(settings, world),
@@ -121,22 +121,9 @@ class MasterControl:
         self._has_arrived.set()
 
     def _take(self, publication: Publication) -> None:
-        found = VehicleId.of_topic(publication.topic)
-        if found is None or not publication.payload:
+        if (read := self._reader.read(publication)) is None:
             return
-        vehicle, topic = found
-        try:
-            message = decode(vehicle, topic, publication.payload)
-        except MessageError as error:
-            self._malformed += 1
-            if str(self._malformed).strip("0") == "1":
-                logger.warning(
-                    "dropped an invalid message on %s (%d so far): %s",
-                    publication.topic,
-                    self._malformed,
-                    error,
-                )
-            return
+        vehicle, message = read
         if (member := self._member(vehicle)) is not None:
             self._encoder.speak(vehicle, message.version)
             member.heard(message)

@@ -323,7 +323,7 @@ class VehicleDriver:
     def flush(self, *, is_saved: bool) -> None:
         """Send what depends on nothing that is not saved.
 
-        :param is_saved: the memory was saved as `memory` last gave it; if not, nothing is sent, but decided anew.
+        :param is_saved: the memory was saved as `memory` last gave it; else nothing is sent, and it is decided again.
         """
         ready, self._outbox = self._outbox[: self._ready], self._outbox[self._ready :]
         self._ready = 0

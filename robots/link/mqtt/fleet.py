@@ -1,14 +1,14 @@
 """The robots' end: a client for each robot, with its own last will, and one that announces the world."""
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 
 from pydantic import ValidationError
 
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
-from robots.link.mqtt.robot_sessions import presence, put_order, robot_publication, robot_session
+from robots.link.mqtt.robot_sessions import RobotsEnd, presence, put_order, robot_publication, robot_session
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.signature import signers
 from robots.link.mqtt.topics import (
@@ -23,7 +23,7 @@ from robots.link.mqtt.topics import (
 from robots.wire import CONTRACT, WORLD, Message
 
 
-class FleetLink:
+class FleetLink(RobotsEnd):
     """One end for all robots of a world; implements `robots.link.channel.Link`. `start` before use.
 
     Messages of other runs of the world are dropped: they are orders for robots that stand elsewhere.
@@ -77,9 +77,6 @@ class FleetLink:
             [self._world_session, *self._robots.values()], broker=str(broker), wall_s=wall_s
         )
 
-    def start(self) -> None:
-        self._reactor.start()
-
     def serve(self, robots: Iterable[str]) -> None:
         """Speak for these robots from now on."""
         wanted = {*robots, WORLD}
@@ -96,21 +93,6 @@ class FleetLink:
             self._reactor.remove(session)
 
     @property
-    def connected(self) -> bool:
-        """True while every client is connected."""
-        return self._world_session.connected and all(session.connected for session in self._robots.values())
-
-    @property
-    def complaint(self) -> str:
-        """Why a client is not connected, in words; empty if no failure is known."""
-        return self._reactor.complaint
-
-    @property
-    def refused(self) -> bool:
-        """True if the broker is reachable but refuses a client."""
-        return self._reactor.refused
-
-    @property
     def superseded(self) -> bool:
         """True if a later fleet drives this world. This one does not reconnect: close it."""
         return self._superseded
@@ -119,10 +101,6 @@ class FleetLink:
     def dropped(self) -> int:
         """Messages lost on sending: the broker was unreachable, or a queue full."""
         return sum(session.dropped for session in self._robots.values())
-
-    @property
-    def malformed(self) -> int:
-        return self._inbox.malformed
 
     def announce(self, time_s: float, rate: float | None) -> None:
         """Publish the world's time and rate, at most once a second however often it is called."""
@@ -137,9 +115,6 @@ class FleetLink:
         if message.sender not in self._robots:
             return  # it was removed, or is about to be served: what matters is repeated
         self._robots[message.sender].publish(robot_publication(self._world, message, self._run))
-
-    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
-        return self._inbox.take(timeout_s)
 
     def close(self) -> None:
         """Announce robots and world as offline, unless another fleet drives them, and disconnect."""

@@ -1,7 +1,7 @@
 """The end of robots that do not drive their world: its fleet, or the service, announces run and time."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 
 from pydantic import ValidationError
 
@@ -9,13 +9,13 @@ from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.reactor import Reactor
-from robots.link.mqtt.robot_sessions import presence, put_order, robot_publication, robot_session
+from robots.link.mqtt.robot_sessions import RobotsEnd, presence, put_order, robot_publication, robot_session
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import ConnectionState, WorldAnnouncement, world_topic
 from robots.wire import Message
 
 
-class RobotLink:
+class RobotLink(RobotsEnd):
     """One end for robots with software of their own; implements `robots.link.channel.Link`. `start` before use.
 
     Only messages of the announced run pass, in both directions. The robot asks for `run` before each tick: another one
@@ -43,40 +43,20 @@ class RobotLink:
         if not self._robots:
             raise ValueError("a robot's end of the link needs the name of at least one robot")
         names = "-".join(sorted(self._robots))
-        self._listener = Session(
+        self._world_session = Session(
             broker,
             f"macta-{world}-{names}-follower"[:200],
             subscriptions=[(world_topic(world), 1)],
             on_arrival=self._follow,
         )
-        self._reactor = Reactor([self._listener, *self._robots.values()], broker=str(broker), wall_s=wall_s)
-
-    def start(self) -> None:
-        self._reactor.start()
+        self._reactor = Reactor(
+            [self._world_session, *self._robots.values()], broker=str(broker), wall_s=wall_s
+        )
 
     @property
     def run(self) -> str | None:
         """The run of the world that was last announced; None before the first announcement."""
         return self._run
-
-    @property
-    def connected(self) -> bool:
-        """True while every client is connected."""
-        return self._listener.connected and all(session.connected for session in self._robots.values())
-
-    @property
-    def complaint(self) -> str:
-        """Why a client is not connected, in words; empty if no failure is known."""
-        return self._reactor.complaint
-
-    @property
-    def refused(self) -> bool:
-        """True if the broker is reachable but refuses a client."""
-        return self._reactor.refused
-
-    @property
-    def malformed(self) -> int:
-        return self._inbox.malformed
 
     def send(self, message: Message) -> None:
         """Send as the robot that is the message's sender. Dropped while the broker is unreachable, or without a run."""
@@ -88,9 +68,6 @@ class RobotLink:
         if self._shown.get(robot, ConnectionState.ONLINE) is not state:
             self._shown[robot] = state
             self._robots[robot].publish(presence(self._world, robot, state))
-
-    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
-        return self._inbox.take(timeout_s)
 
     def close(self) -> None:
         """Announce the robots as offline, and disconnect."""

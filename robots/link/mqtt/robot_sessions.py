@@ -1,11 +1,12 @@
 """A robot's client: what it subscribes to, its presence and last will, and how its messages are published."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from pydantic import ValidationError
 
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.inbox import Inbox
+from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.topics import (
     Channel,
@@ -84,3 +85,37 @@ def put_order(publication: Publication, inbox: Inbox, run: str | None) -> None:
         inbox.reject(publication.topic, f"it is for {message.receiver}")
     elif run is not None and publication.run == run:
         inbox.put(message)
+
+
+class RobotsEnd:
+    """What the ends of robots share: a client for each robot, one that follows the world's topic, and an inbox."""
+
+    _robots: dict[str, Session]
+    _world_session: Session
+    _reactor: Reactor
+    _inbox: Inbox
+
+    def start(self) -> None:
+        self._reactor.start()
+
+    @property
+    def connected(self) -> bool:
+        """True while every client is connected."""
+        return self._world_session.connected and all(session.connected for session in self._robots.values())
+
+    @property
+    def complaint(self) -> str:
+        """Why a client is not connected, in words; empty if no failure is known."""
+        return self._reactor.complaint
+
+    @property
+    def refused(self) -> bool:
+        """True if the broker is reachable but refuses a client."""
+        return self._reactor.refused
+
+    @property
+    def malformed(self) -> int:
+        return self._inbox.malformed
+
+    def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
+        return self._inbox.take(timeout_s)
