@@ -1,0 +1,79 @@
+"""What commitments act by: the interface to packets, speech and the packet under way."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from robots.deliberative.commitments import DropReason
+from robots.deliberative.program import Verb
+from robots.deliberative.terms import Value
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How an action has ended: fulfilled, failed, or dropped for a reason. `words` say why."""
+
+    is_fulfilled: bool
+    words: str = ""
+    dropped: DropReason | None = None
+
+
+DONE = Outcome(True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Activation:
+    """A packet that a commitment wants to run. `may_carry`: also while the robot holds something.
+
+    `agent`: who wants it; `because`: the file and line of the rule.
+    """
+
+    agent: str
+    tag: str
+    arguments: Mapping[str, str]
+    timeout_s: float | None = None
+    wait_timeout_s: float | None = None
+    may_carry: bool = False
+    because: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Utterance:
+    """What is said to someone, or heard of someone: `other` is the receiver, or the sender."""
+
+    performative: str
+    other: str
+    content: Value
+
+
+class Attempt(Protocol):
+    """A packet that was activated."""
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How it has ended; None while it runs."""
+        ...
+
+    def cancel(self, words: str) -> None:
+        """End it, if it has not ended."""
+        ...
+
+
+class Actuators(Protocol):
+    """The robot, as its agents may act on it."""
+
+    def activate(self, wanted: Activation) -> Attempt | Outcome | None:
+        """Run a packet; an outcome if it is refused, None while another agent's packet has precedence."""
+        ...
+
+    def say(self, utterance: Utterance) -> Outcome:
+        """Say something; it is fulfilled once it is on its way."""
+        ...
+
+    def steer(self, verb: Verb, reason: str) -> Outcome:
+        """Suspend, resume, retry or give up the packet under way."""
+        ...
+
+
+Speak = Callable[[Utterance], str | None]
+"""Sends what an agent says, or returns the reason why it cannot be sent."""

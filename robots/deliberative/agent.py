@@ -1,0 +1,425 @@
+"""The interpreter of one agent's rules: beliefs to commitments, commitments to actions, a cycle at a time."""
+
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from robots.deliberative import commitments as life
+from robots.deliberative.actuators import Actuators, Outcome
+from robots.deliberative.beliefs import Belief, BeliefStore, Origin
+from robots.deliberative.commitments import Commitment, DropReason
+from robots.deliberative.matching import Key, Matcher, satisfied
+from robots.deliberative.perceptors import Perceptor
+from robots.deliberative.program import (
+    Activate,
+    Await,
+    Conditions,
+    Delay,
+    Literal,
+    Plan,
+    Rule,
+    RuleFile,
+    RunPlan,
+    Say,
+    Steer,
+    Step,
+    parts_of,
+)
+from robots.deliberative.steps import Means, StepRun, begin
+from robots.deliberative.terms import (
+    NOT,
+    Term,
+    Value,
+    as_term,
+    as_value,
+    opposite,
+    renamed,
+    substitute,
+    unify,
+    variables_in,
+)
+from robots.deliberative.vocabulary import EVENTS, FAILED, FULFILLED, ROLE, STARTUP
+from robots.errors import RuleError
+from robots.perception.percepts import NOTHING, Needs, Percepts
+
+MAX_COMMITMENTS = 256
+"""Of one agent at a time; further ones are dropped (our choice)."""
+KEPT_ENDED = 64
+"""The last commitments that have ended, for people to read."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _LoadedRule:
+    """A rule with what was derived from it. `perceptors` by number: of its conditions, and of its actions."""
+
+    rule: Rule
+    file: RuleFile
+    kept: tuple[str, ...]
+    maintain: Conditions
+    perceptors: frozenset[int]
+    while_live: frozenset[int]
+
+    @property
+    def origin(self) -> str:
+        return f"{self.file.name}:{self.rule.place.line}"
+
+
+class Agent:
+    """One agent: call `cycle` at the control rate.
+
+    The changes of beliefs that commitments make take effect in the next cycle, so that a cycle always ends.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        files: Sequence[RuleFile],
+        actuators: Actuators,
+        *,
+        known: Iterable[Term] = (),
+        now_s: float = 0.0,
+    ) -> None:
+        """:param files: that passed the linter. :param known: what always holds."""
+        self.name = name
+        self.files = tuple(files)
+        self.beliefs = BeliefStore()
+        self._actuators = actuators
+        self._matcher = Matcher(self.beliefs)
+        self._events: list[Term] = []
+        self._intended: list[tuple[Term, bool, str]] = []
+        self._outcomes: list[Term] = [Term(STARTUP)]
+        self._live: dict[tuple[int, Key], tuple[Commitment, StepRun | None]] = {}
+        self._count = 0
+        self.ended: deque[Commitment] = deque(maxlen=KEPT_ENDED)
+        self._plans: Mapping[str, Plan] = {name: plan for file in files for name, plan in file.plans.items()}
+        self._carries = frozenset[str]().union(*(file.carries for file in files))
+        self._perceptors = [Perceptor(spec) for file in files for spec in file.perceptors]
+        self._sensed: dict[Term, str] = {}
+        self._rules = [self._loaded(rule, file) for file in files for rule in file.rules]
+        for term in (*known, *(one.term for file in files for one in file.initial)):
+            self._believe(Belief(term=term, origin=Origin.INITIAL, since_s=now_s))
+        for number, one in enumerate(self._rules):
+            when = one.rule.when
+            if one.file.is_role:
+                role = Literal(Term(ROLE, (one.file.name,)), False, one.rule.place)
+                when = Conditions((role, *when.literals), when.guards)
+            self._matcher.add(("rule", number), when, one.kept)
+            if one.perceptors:
+                self._matcher.add(("needs", number), self._context(when), ())
+        self._needed_rules = {number for number, one in enumerate(self._rules) if one.perceptors}
+        self._demanded = frozenset[int]()
+        self._renew_demand()
+        self._pending = self._matcher.changes()
+
+    @property
+    def needs(self) -> Needs:
+        """The sensors that the rules need now: of perceptors whose rules' other lasting conditions hold."""
+        return NOTHING.union(*(self._perceptors[number].needs for number in self._demanded))
+
+    @property
+    def all_needs(self) -> Needs:
+        """The sensors that any of the rules may need."""
+        return NOTHING.union(*(one.needs for one in self._perceptors))
+
+    @property
+    def commitments(self) -> list[Commitment]:
+        """Those that have not ended, oldest first."""
+        return [commitment for commitment, _ in self._live.values()]
+
+    def cycle(self, now_s: float, events: Iterable[Term] = (), percepts: Percepts | None = None) -> None:
+        """Revise the beliefs, adopt the commitments that follow, and carry them on.
+
+        :param events: beliefs of this cycle alone.
+        """
+        began = self._revise(now_s, events, percepts)
+        for number, key in began:
+            self._commit(number, key, now_s)
+        if self._live:
+            self._carry_on(now_s)
+
+    def lasting(self) -> list[Term]:
+        """The beliefs that commitments have adopted."""
+        return [one.term for one in self.beliefs if one.origin is Origin.ADOPTED]
+
+    def adopt(self, terms: Iterable[Term], now_s: float) -> None:
+        """Believe what another run of the agent has believed."""
+        for term in terms:
+            self._believe(Belief(term=term, origin=Origin.ADOPTED, since_s=now_s, source="memory"))
+
+    def end(self, reason: DropReason, words: str, now_s: float) -> None:
+        """Drop all commitments."""
+        for key in list(self._live):
+            self._drop(key, reason, words, now_s)
+
+    def _revise(
+        self, now_s: float, events: Iterable[Term], percepts: Percepts | None
+    ) -> list[tuple[int, Key]]:
+        """Beliefs of the last cycle end, what was intended and perceived begins; the rules that begin to hold."""
+        for term in self._events:
+            known = self.beliefs.get(term)
+            if known is not None and known.origin is Origin.EVENT:
+                self._cease(term)
+        changes = [*self._pending, *self._matcher.changes()]
+        self._pending = []
+        intended = self._intended
+        self._intended = []
+        for term, is_adopted, source in intended:
+            if is_adopted:
+                self._believe_if_possible(term, Origin.ADOPTED, source, now_s)
+            elif (known := self.beliefs.get(term)) is not None and known.origin in (
+                Origin.ADOPTED,
+                Origin.INITIAL,
+            ):
+                self._cease(term)
+        if self._demanded or self._sensed:
+            self._perceive(percepts, now_s)
+        self._events = [*self._outcomes, *events]
+        self._outcomes = []
+        for term in self._events:
+            self._believe_if_possible(term, Origin.EVENT, "", now_s)
+        began: dict[tuple[int, Key], None] = {}
+        is_demand_changed = False
+        for change in (*changes, *self._matcher.changes()):
+            kind, number = change.query
+            if kind == "needs":
+                is_demand_changed = True
+            elif change.holds:
+                began[number, change.key] = None
+            else:
+                began.pop((number, change.key), None)
+        if is_demand_changed:
+            self._renew_demand()
+        return sorted(began, key=lambda one: one[0])
+
+    def _perceive(self, percepts: Percepts | None, now_s: float) -> None:
+        sensed: dict[Term, str] = {}
+        if percepts is not None:
+            for number in sorted(self._demanded):
+                for percept in self._perceptors[number].read(percepts):
+                    sensed[percept.term] = percept.words
+        for term in [one for one in sensed if one.functor == NOT and opposite(one) in sensed]:
+            del sensed[term]  # what one of several perceptors senses, holds
+        for term in self._sensed:
+            if term not in sensed:
+                known = self.beliefs.get(term)
+                if known is not None and known.origin is Origin.PERCEPTOR:
+                    self._cease(term)
+        for term, words in sensed.items():
+            if term not in self._sensed:
+                self._believe_if_possible(term, Origin.PERCEPTOR, words, now_s)
+        self._sensed = sensed
+
+    def _commit(self, number: int, key: Key, now_s: float) -> None:
+        """Adopt the commitment of a rule, unless the same one is still live."""
+        if (number, key) in self._live:
+            return
+        loaded = self._rules[number]
+        rule = loaded.rule
+        bindings = dict(zip(loaded.kept, key, strict=True))
+        delay_s = substitute(rule.delay_s, bindings)
+        self._count += 1
+        made = Commitment(
+            number=self._count,
+            origin=loaded.origin,
+            towards=str(substitute(rule.agent, bindings)),
+            step=rule.step,
+            bindings=bindings,
+            maintain=loaded.maintain,
+            made_s=now_s,
+            due_s=now_s + (delay_s if isinstance(delay_s, float | int) else 0.0),
+            name=_name_of(rule.step),
+        )
+        if not isinstance(delay_s, float | int):
+            life.fail(made, f"Now + {delay_s} is no time", now_s)
+            self._note_end(made)
+        elif len(self._live) >= MAX_COMMITMENTS:
+            life.drop(made, DropReason.OVERFLOW, f"there are {MAX_COMMITMENTS} commitments already", now_s)
+            self._note_end(made)
+        else:
+            self._live[number, key] = (made, None)
+            if loaded.while_live:
+                self._renew_demand()
+
+    def _carry_on(self, now_s: float) -> None:
+        for key, (commitment, begun) in list(self._live.items()):
+            if not satisfied(commitment.maintain, commitment.bindings, self.beliefs):
+                self._drop(key, DropReason.CONDITION, "its condition no longer holds", now_s)
+                continue
+            if now_s < commitment.due_s:
+                continue
+            run = begun
+            if run is None:
+                life.activate(commitment)
+                run = begin(commitment.step, commitment.bindings, self._means(commitment))
+                self._live[key] = (commitment, run)
+            outcome = run.advance(now_s)
+            if outcome is not None:
+                self._conclude(key, commitment, outcome, now_s)
+
+    def _conclude(self, key: tuple[int, Key], commitment: Commitment, outcome: Outcome, now_s: float) -> None:
+        if outcome.is_fulfilled:
+            life.fulfil(commitment, now_s)
+        elif outcome.dropped is not None:
+            life.drop(commitment, outcome.dropped, outcome.words, now_s)
+        else:
+            life.fail(commitment, outcome.words, now_s)
+        self._forget(key, commitment)
+
+    def _drop(self, key: tuple[int, Key], reason: DropReason, words: str, now_s: float) -> None:
+        commitment, run = self._live[key]
+        if run is not None:
+            run.cancel(words)
+        life.drop(commitment, reason, words, now_s)
+        self._forget(key, commitment)
+
+    def _forget(self, key: tuple[int, Key], commitment: Commitment) -> None:
+        del self._live[key]
+        self._note_end(commitment)
+        if self._rules[key[0]].while_live:
+            self._renew_demand()
+
+    def _note_end(self, commitment: Commitment) -> None:
+        self.ended.append(commitment)
+        ended = FULFILLED if commitment.state is life.CommitmentState.FULFILLED else FAILED
+        if commitment.name:
+            self._outcomes.append(Term(ended, (commitment.name,)))
+
+    def _means(self, commitment: Commitment) -> Means:
+        return Means(
+            agent=self.name,
+            store=self.beliefs,
+            actuators=self._actuators,
+            plans=self._plans,
+            carries=self._carries,
+            intend=lambda term, is_adopted, source: self._intended.append((term, is_adopted, source)),
+            because=commitment.origin,
+        )
+
+    def _believe_if_possible(self, term: Term, origin: Origin, source: str, now_s: float) -> None:
+        words = source if origin is Origin.PERCEPTOR else ""
+        belief = Belief(term=term, origin=origin, source="" if words else source, since_s=now_s, words=words)
+        try:
+            self._believe(belief)
+        except RuleError:
+            # NOTE: there are too many beliefs; the robot goes on with those it has.
+            return
+
+    def _believe(self, belief: Belief) -> None:
+        changed = self.beliefs.adopt(belief)
+        for ceased in changed[:-1]:
+            self._matcher.untold(ceased)
+        if changed:
+            self._matcher.told(changed[-1])
+
+    def _cease(self, term: Term) -> None:
+        if self.beliefs.retract(term):
+            self._matcher.untold(term)
+
+    def _loaded(self, rule: Rule, file: RuleFile) -> _LoadedRule:
+        steps = _reached(rule.step, self._plans)
+        awaited = [one.conditions for one in steps if isinstance(one, Await)]
+        maintain = rule.maintain
+        if file.is_role:
+            role = Literal(Term(ROLE, (file.name,)), False, rule.place)
+            maintain = Conditions((role, *maintain.literals), maintain.guards)
+        bound = {name for one in rule.when.positive for name in variables_in(as_value(one.term))}
+        used = (name for name in _used_by(rule) if name in bound)
+        return _LoadedRule(
+            rule=rule,
+            file=file,
+            kept=tuple(dict.fromkeys(used)),
+            maintain=maintain,
+            perceptors=self._perceptors_of(rule.when),
+            while_live=frozenset[int]().union(*(self._perceptors_of(one) for one in (maintain, *awaited))),
+        )
+
+    def _perceptors_of(self, conditions: Conditions) -> frozenset[int]:
+        return frozenset(
+            number
+            for number, perceptor in enumerate(self._perceptors)
+            if any(_may_be(literal.term, perceptor.spec.belief) for literal in conditions.literals)
+        )
+
+    def _context(self, when: Conditions) -> Conditions:
+        """The lasting conditions of a rule: while they do not hold, its perceptors need not be read."""
+        perceived = [one.spec.belief for one in self._perceptors]
+        lasting = [
+            one
+            for one in when.literals
+            if one.term.functor not in EVENTS and not any(_may_be(one.term, other) for other in perceived)
+        ]
+        bound = {name for one in lasting if not one.negated for name in variables_in(as_value(one.term))}
+        kept = [one for one in lasting if not one.negated or set(variables_in(as_value(one.term))) <= bound]
+        guards = [one for one in when.guards if {*variables_in(one.left), *variables_in(one.right)} <= bound]
+        return Conditions(tuple(kept), tuple(guards))
+
+    def _renew_demand(self) -> None:
+        numbers = [
+            one.perceptors
+            for number, one in enumerate(self._rules)
+            if one.perceptors and self._matcher.holding(("needs", number))
+        ]
+        live = [self._rules[number].while_live for number, _ in self._live]
+        self._demanded = frozenset[int]().union(*numbers, *live)
+
+
+def _may_be(term: Term, belief: Term) -> bool:
+    """True if a perceptor's belief or its opposite may be the term."""
+    plain = as_term(term.args[0]) if term.functor == NOT else term
+    return unify(as_value(plain), renamed(as_value(belief), "'")) is not None
+
+
+def _reached(step: Step, plans: Mapping[str, Plan]) -> list[Step]:
+    """The step with all that it contains, of the plans that it runs, too."""
+    found = list(parts_of(step))
+    for one in list(found):
+        if isinstance(one, RunPlan):
+            found += _reached(plans[one.name].step, plans)
+    return found
+
+
+def _used_by(rule: Rule) -> Iterable[str]:
+    """The variables of a commitment: those that tell two of a rule apart."""
+    yield from variables_in(rule.agent)
+    yield from variables_in(rule.delay_s)
+    for conditions in (
+        rule.maintain,
+        *(one.conditions for one in parts_of(rule.step) if isinstance(one, Await)),
+    ):
+        for literal in conditions.literals:
+            yield from variables_in(as_value(literal.term))
+        for guard in conditions.guards:
+            yield from (*variables_in(guard.left), *variables_in(guard.right))
+    for step in parts_of(rule.step):
+        for value in _values_of(step):
+            yield from variables_in(value)
+
+
+def _values_of(step: Step) -> tuple[Value, ...]:
+    match step:
+        case Activate(arguments=arguments):
+            return tuple(value for _, value in arguments)
+        case Say(performative=performative, receiver=receiver, content=content):
+            return (performative, receiver, content)
+        case Steer(reason=reason):
+            return (reason,)
+        case RunPlan(values=values):
+            return values
+        case Delay(seconds=seconds):
+            return (seconds,)
+    term = getattr(step, "term", None)
+    return () if term is None else tuple(term.args)
+
+
+def _name_of(step: Step) -> str:
+    """By what `fulfilled(name)` and `failed(name)` name a commitment: its packet or plan; empty for a belief's."""
+    for one in parts_of(step):
+        if isinstance(one, Activate):
+            return one.tag
+        if isinstance(one, RunPlan):
+            return one.name
+        if isinstance(one, Steer):
+            return one.verb.value
+        if isinstance(one, Say):
+            return "say"
+    return ""

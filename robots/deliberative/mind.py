@@ -1,0 +1,301 @@
+"""The mind of one robot: its agents, who share its body by competence and rank (SRA: several agents supervise a robot).
+
+An earlier agent ranks before a later one: its packets take the body from the other's, which wait until it is free. A
+packet of the robot's upkeep or of an operator who drives it comes before all of them.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+from robots.deliberative.actuators import DONE, Activation, Attempt, Outcome, Speak, Utterance
+from robots.deliberative.agent import Agent
+from robots.deliberative.commitments import DropReason
+from robots.deliberative.program import Await, RuleFile, Verb, parts_of
+from robots.deliberative.reader import beliefs_of
+from robots.deliberative.rule_set import read_rule_set, teams_of
+from robots.deliberative.terms import Term, as_value, unify
+from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, SCRIPT
+from robots.errors import RuleError
+from robots.executive.executive import Executive
+from robots.executive.mind_memory import MindMemory
+from robots.perception.percepts import NOTHING, Needs, Percepts
+from robots.physical.profile import RobotProfile
+from robots.repertoire import Repertoire
+from robots.wire import OWN, BehaviourPacket, BehaviourScript, ScriptState
+
+TIMEOUT_S = 60.0
+WAIT_TIMEOUT_S = 30.0
+"""Of a packet whose rule does not say otherwise."""
+MAX_HEARD = 64
+"""Messages in one cycle; later ones wait."""
+
+
+class Mind:
+    """The agents of a robot. To be given to its `BehaviouralAgent`."""
+
+    def __init__(
+        self,
+        profile: RobotProfile,
+        repertoire: Repertoire,
+        files: Sequence[RuleFile],
+        *,
+        speak: Speak | None = None,
+        competence: Mapping[str, frozenset[str]] | None = None,
+        now_s: float = 0.0,
+    ) -> None:
+        """
+        :param files: of agents, in order of rank, and of roles that any of them may take.
+        :param speak: sends what they say; None: nobody hears them.
+        :param competence: the actuators that an agent may use, by its name; an agent that is left out may use all.
+        :raises RuleError: naming what cannot be used, and why.
+        """
+        self._profile = profile
+        self._repertoire = repertoire
+        self._speak = speak
+        self._competence = competence or {}
+        self._heard: list[Utterance] = []
+        self._body = _Body(profile)
+        self._files: tuple[RuleFile, ...] = ()
+        self._listens_to: list[Term] = []
+        self.version = 0
+        """Of the rules that were sent last; 0: those that it was made with."""
+        self.agents: list[Agent] = []
+        self.load(files, now_s)
+
+    @property
+    def needs(self) -> Needs:
+        """The sensors that the rules need now."""
+        return NOTHING.union(*(agent.needs for agent in self.agents))
+
+    def load(self, files: Sequence[RuleFile], now_s: float) -> None:
+        """Use these rules from the next cycle on. Agents of the same name keep what they have adopted as beliefs.
+
+        :raises RuleError: naming what cannot be used; then nothing changes.
+        """
+        teams = teams_of(files, self._repertoire)
+        for team in teams:
+            self._check_competence(team)
+        agents = [self._agent(team, rank, now_s) for rank, team in enumerate(teams)]
+        missing = NOTHING.union(*(agent.all_needs for agent in agents)) - self._profile.sensors
+        if missing:
+            names = ", ".join(file.name for file in files)
+            raise RuleError(
+                f"{self._profile.name} has no {', '.join(sorted(missing))}, which rules {names} need"
+            )
+        before = {agent.name: agent for agent in self.agents}
+        for agent in self.agents:
+            agent.end(DropReason.RULES, "its rules were replaced", now_s)
+        for agent in agents:
+            if agent.name in before:
+                agent.adopt(before[agent.name].lasting(), now_s)
+        self.agents = agents
+        self._files = tuple(files)
+        self._listens_to = [one for file in files for one in _believed(file) if one.functor == MESSAGE]
+
+    @property
+    def digests(self) -> Mapping[str, str]:
+        """Of the rule files in use, by name."""
+        return {file.name: file.version for file in self._files}
+
+    def follow(self, files: Mapping[str, str], version: int, now_s: float) -> str | None:
+        """Follow these rule files, or return the reason against them; then the present ones stay in use."""
+        try:
+            self.load(read_rule_set(files), now_s)
+        except RuleError as error:
+            return str(error)
+        self.version = version
+        return None
+
+    def memory(self) -> MindMemory:
+        """The rule files, and what the agents have adopted."""
+        return MindMemory(
+            version=self.version,
+            files={file.name: file.text for file in self._files},
+            beliefs={agent.name: tuple(map(str, agent.lasting())) for agent in self.agents},
+        )
+
+    def recall(self, memory: MindMemory, now_s: float) -> None:
+        """Restore it. Rules that the robot can no longer follow are left out."""
+        if self.follow(memory.files, memory.version, now_s) is not None:
+            return
+        for agent in self.agents:
+            for text in memory.beliefs.get(agent.name, ()):
+                with suppress(RuleError):  # a name of a message's content that no rule file can write
+                    agent.adopt(beliefs_of([text]), now_s)
+
+    def takes(self, utterance: Utterance) -> bool:
+        """True if a condition of a rule or plan may match what someone has said."""
+        said = as_value(_message(utterance))
+        return any(unify(as_value(one), said) is not None for one in self._listens_to)
+
+    def hear(self, utterance: Utterance) -> None:
+        """Believe in the next cycle that someone has said this."""
+        self._heard.append(utterance)
+
+    def cycle(self, executive: Executive, percepts: Percepts | None, now_s: float) -> None:
+        """One cycle of every agent, by rank."""
+        self._body.executive = executive
+        self._body.percepts = percepts
+        self._body.now_s = now_s
+        heard = self._heard[:MAX_HEARD]
+        del self._heard[:MAX_HEARD]
+        events = [_message(one) for one in heard]
+        while executive.news:
+            news = executive.news.popleft()
+            events += [Term(EVENT, (news.tag, name)) for name in news.events]
+            if news.tag:
+                events.append(Term(PACKET, (news.tag, news.state.value)))
+            else:
+                events.append(Term(SCRIPT, (news.state.value,)))
+        for agent in self.agents:
+            agent.cycle(now_s, events, percepts)
+
+    def _agent(self, team: Sequence[RuleFile], rank: int, now_s: float) -> Agent:
+        known = [Term(ME, (self._profile.name,))]
+        if self._profile.home is not None:
+            known.append(Term(HOME, (self._profile.home,)))
+        actuators = _AgentActuators(self._body, rank, self._speak)
+        return Agent(team[0].name, team, actuators, known=known, now_s=now_s)
+
+    def _check_competence(self, team: Sequence[RuleFile]) -> None:
+        name = team[0].name
+        allowed = self._competence.get(name)
+        for file in team:
+            refused = sorted(file.actuators.keys() - allowed) if allowed is not None else []
+            if refused:
+                granted = ", ".join(sorted(allowed or ())) or "none"
+                raise RuleError(
+                    f"{file.origin}: {name} may not use {', '.join(refused)}; its actuators: {granted}"
+                )
+
+
+def _message(utterance: Utterance) -> Term:
+    return Term(MESSAGE, (utterance.performative, utterance.other, utterance.content))
+
+
+def _believed(file: RuleFile) -> Iterator[Term]:
+    """The terms of the conditions of its rules and plans."""
+    for rule in file.rules:
+        yield from (one.term for one in rule.when.positive)
+    for step in (*(rule.step for rule in file.rules), *(plan.step for plan in file.plans.values())):
+        for part in parts_of(step):
+            if isinstance(part, Await):
+                yield from (one.term for one in part.conditions.positive)
+
+
+@dataclass(slots=True)
+class _Body:
+    """What the agents share, as of this cycle, and the packet that one of them runs."""
+
+    profile: RobotProfile
+    executive: Executive | None = None
+    percepts: Percepts | None = None
+    now_s: float = 0.0
+    count: int = 0
+    running: "_PacketAttempt | None" = None
+
+
+@dataclass(slots=True)
+class _PacketAttempt:
+    """A packet that an agent of this rank runs, as a script of the robot's own."""
+
+    body: _Body
+    script_id: str
+    rank: int
+    _outcome: Outcome | None = field(default=None, init=False)
+
+    @property
+    def outcome(self) -> Outcome | None:
+        executive = self.body.executive
+        if self._outcome is None and executive is not None:
+            state = executive.state_of(self.script_id)
+            is_last = executive.script_id == self.script_id
+            words = executive.end_reason if is_last else executive.own_reason
+            if state is ScriptState.FINISHED:
+                self._outcome = DONE
+            elif state is ScriptState.FAILED:
+                self._outcome = Outcome(False, words)
+            elif state is ScriptState.CANCELLED or state is None:
+                self._outcome = Outcome(False, "the robot was ordered otherwise", DropReason.ORDER)
+        return self._outcome
+
+    def cancel(self, words: str) -> None:
+        if self.outcome is None and self.body.executive is not None:
+            self._outcome = Outcome(False, words, DropReason.REPLACED)
+            self.body.executive.withdraw_own(self.script_id, self.body.percepts, self.body.now_s)
+
+
+class _AgentActuators:
+    """The actuators as one agent has them."""
+
+    def __init__(self, body: _Body, rank: int, speak: Speak | None) -> None:
+        self._body = body
+        self._rank = rank
+        self._speak = speak
+
+    def activate(self, wanted: Activation) -> Attempt | Outcome | None:
+        body = self._body
+        executive = body.executive
+        running = body.running if body.running is not None and body.running.outcome is None else None
+        if executive is None or (running is not None and running.rank < self._rank):
+            return None
+        script = executive.script
+        if script is not None and script.is_own and (running is None or running.script_id != script.id):
+            return None  # upkeep, or an operator drives the robot
+        current = executive.current
+        if current is not None and (current.grips or executive.state is ScriptState.PAUSED):
+            return None
+        if running is not None:
+            running.cancel(f"{wanted.tag} of {wanted.because} takes its place")
+        own = self._script(wanted)
+        if executive.script is None:
+            refusal = executive.accept(own)
+        else:
+            refusal = executive.interpose(
+                own, body.percepts, body.now_s, may_carry=wanted.may_carry, because=wanted.because
+            )
+        if refusal is not None:
+            return Outcome(False, refusal)
+        body.running = _PacketAttempt(body, own.id, self._rank)
+        return body.running
+
+    def say(self, utterance: Utterance) -> Outcome:
+        if self._speak is None:
+            return Outcome(False, f"{self._body.profile.name} cannot speak to {utterance.other}")
+        refusal = self._speak(utterance)
+        return DONE if refusal is None else Outcome(False, refusal)
+
+    def steer(self, verb: Verb, reason: str) -> Outcome:
+        body = self._body
+        executive = body.executive
+        if executive is None:
+            return Outcome(False, "no packet is under way")
+        if verb is Verb.SUSPEND:
+            refusal = executive.suspend(reason, body.percepts, body.now_s)
+        elif verb is Verb.RESUME:
+            refusal = executive.resume_suspended(body.percepts, body.now_s)
+        elif verb is Verb.RETRY:
+            refusal = executive.begin_again(reason, body.percepts, body.now_s)
+        else:
+            refusal = executive.give_up(reason, body.percepts, body.now_s)
+        return DONE if refusal is None else Outcome(False, refusal)
+
+    def _script(self, wanted: Activation) -> BehaviourScript:
+        body = self._body
+        body.count += 1
+        # NOTE: the time tells it from those before a restart, whose ids the executive remembers.
+        name = f"{wanted.agent}_{body.now_s:.2f}_{body.count}"
+        timeout_s = wanted.timeout_s if wanted.timeout_s is not None else TIMEOUT_S
+        wait_s = wanted.wait_timeout_s if wanted.wait_timeout_s is not None else WAIT_TIMEOUT_S
+        packet = BehaviourPacket(
+            id=name,
+            tag=wanted.tag,
+            arguments=dict(wanted.arguments),
+            expected_start_s=0.0,
+            expected_duration_s=max(timeout_s / 2, 0.1),
+            timeout_s=max(timeout_s, 0.1),
+            wait_timeout_s=max(wait_s, 0.1),
+            description=f"by {wanted.because}",
+        )
+        return BehaviourScript(id=f"{OWN}:{name}", mission_id=OWN, robot=body.profile.name, packets=(packet,))

@@ -1,0 +1,222 @@
+"""Carrying out a commitment's actions and plans, a cycle at a time."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from robots.deliberative.actuators import DONE, Activation, Actuators, Attempt, Outcome, Utterance
+from robots.deliberative.beliefs import BeliefStore
+from robots.deliberative.matching import satisfied
+from robots.deliberative.program import (
+    Activate,
+    Adopt,
+    Await,
+    Delay,
+    Group,
+    Joint,
+    Plan,
+    Retract,
+    RunPlan,
+    Say,
+    Steer,
+    Step,
+)
+from robots.deliberative.terms import Bindings, Term, instance, shown, substitute
+
+TIMEOUT = "timeout_s"
+WAIT_TIMEOUT = "wait_timeout_s"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Means:
+    """What steps are carried out by. `intend`: adopts or retracts a belief in the next cycle."""
+
+    agent: str
+    store: BeliefStore
+    actuators: Actuators
+    plans: Mapping[str, Plan]
+    carries: frozenset[str]
+    intend: Callable[[Term, bool, str], None]
+    because: str
+
+
+class StepRun(Protocol):
+    """One step that is being carried out."""
+
+    def advance(self, now_s: float) -> Outcome | None:
+        """Carry it on; None while it has not ended."""
+        ...
+
+    def cancel(self, words: str) -> None:
+        """End what it has begun."""
+        ...
+
+
+def begin(step: Step, bindings: Bindings, means: Means) -> StepRun:
+    """A new run of a step; nothing happens before it is advanced."""
+    if isinstance(step, RunPlan):
+        plan = means.plans[step.name]
+        given = [substitute(one, bindings) for one in step.values]
+        return begin(plan.step, dict(zip(plan.parameters, given, strict=True)), means)
+    if isinstance(step, Group):
+        if step.joint is Joint.PAR:
+            return _Parallel([begin(one, bindings, means) for one in step.steps])
+        return _InTurn(step.steps, bindings, means, until_fulfilled=step.joint is Joint.OR)
+    if isinstance(step, Await):
+        return _Awaited(step, bindings, means)
+    if isinstance(step, Delay):
+        return _Delayed(step, bindings)
+    return _Packet(step, bindings, means) if isinstance(step, Activate) else _Instant(step, bindings, means)
+
+
+class _Instant:
+    """An action that ends at once."""
+
+    def __init__(self, step: Adopt | Retract | Say | Steer, bindings: Bindings, means: Means) -> None:
+        self._step = step
+        self._bindings = bindings
+        self._means = means
+
+    def advance(self, now_s: float) -> Outcome | None:
+        means = self._means
+        match self._step:
+            case Adopt(term=term):
+                means.intend(instance(term, self._bindings), True, means.because)
+            case Retract(term=term):
+                means.intend(instance(term, self._bindings), False, means.because)
+            case Say(performative=performative, receiver=receiver, content=content):
+                values = [substitute(one, self._bindings) for one in (performative, receiver, content)]
+                said = Utterance(performative=_plain(values[0]), other=_plain(values[1]), content=values[2])
+                return means.actuators.say(said)
+            case Steer(verb=verb, reason=reason):
+                return means.actuators.steer(verb, _plain(substitute(reason, self._bindings)))
+        return DONE
+
+    def cancel(self, words: str) -> None:
+        """Nothing: it has not begun, or has ended."""
+
+
+class _Packet:
+    """A packet of the repertoire."""
+
+    def __init__(self, step: Activate, bindings: Bindings, means: Means) -> None:
+        given = {name: substitute(value, bindings) for name, value in step.arguments}
+        limits = {name: given.pop(name) for name in (TIMEOUT, WAIT_TIMEOUT) if name in given}
+        numbers = {name: value for name, value in limits.items() if isinstance(value, float | int)}
+        self._wanted = Activation(
+            agent=means.agent,
+            tag=step.tag,
+            arguments={name: _plain(value) for name, value in given.items()},
+            timeout_s=numbers.get(TIMEOUT),
+            wait_timeout_s=numbers.get(WAIT_TIMEOUT),
+            may_carry=step.tag in means.carries,
+            because=means.because,
+        )
+        self._actuators = means.actuators
+        self._attempt: Attempt | None = None
+
+    def advance(self, now_s: float) -> Outcome | None:
+        if self._attempt is not None:
+            return self._attempt.outcome
+        begun = self._actuators.activate(self._wanted)
+        if begun is None or isinstance(begun, Outcome):
+            return begun
+        self._attempt = begun
+        return begun.outcome
+
+    def cancel(self, words: str) -> None:
+        if self._attempt is not None:
+            self._attempt.cancel(words)
+
+
+class _InTurn:
+    """SEQ ends with the first step that fails, OR with the first that is fulfilled."""
+
+    def __init__(
+        self, steps: Sequence[Step], bindings: Bindings, means: Means, *, until_fulfilled: bool
+    ) -> None:
+        self._left = list(steps)
+        self._bindings = bindings
+        self._means = means
+        self._until_fulfilled = until_fulfilled
+        self._current: StepRun | None = None
+
+    def advance(self, now_s: float) -> Outcome | None:
+        while True:
+            if self._current is None:
+                self._current = begin(self._left.pop(0), self._bindings, self._means)
+            outcome = self._current.advance(now_s)
+            if outcome is None:
+                return None
+            if outcome.dropped or outcome.is_fulfilled is self._until_fulfilled or not self._left:
+                return outcome
+            self._current = None
+
+    def cancel(self, words: str) -> None:
+        if self._current is not None:
+            self._current.cancel(words)
+
+
+class _Parallel:
+    """All at once; it ends when all have ended."""
+
+    def __init__(self, runs: list[StepRun]) -> None:
+        self._runs = runs
+        self._worst = DONE
+
+    def advance(self, now_s: float) -> Outcome | None:
+        left = []
+        for run in self._runs:
+            outcome = run.advance(now_s)
+            if outcome is None:
+                left.append(run)
+            elif not outcome.is_fulfilled and self._worst is DONE:
+                self._worst = outcome
+        self._runs = left
+        return None if left else self._worst
+
+    def cancel(self, words: str) -> None:
+        for run in self._runs:
+            run.cancel(words)
+
+
+class _Awaited:
+    """Ends once its conditions hold."""
+
+    def __init__(self, step: Await, bindings: Bindings, means: Means) -> None:
+        self._conditions = step.conditions
+        self._bindings = bindings
+        self._store = means.store
+
+    def advance(self, now_s: float) -> Outcome | None:
+        return DONE if satisfied(self._conditions, self._bindings, self._store) else None
+
+    def cancel(self, words: str) -> None:
+        """Nothing: it only waits."""
+
+
+class _Delayed:
+    """Ends after some seconds."""
+
+    def __init__(self, step: Delay, bindings: Bindings) -> None:
+        self._seconds = substitute(step.seconds, bindings)
+        self._until_s: float | None = None
+
+    def advance(self, now_s: float) -> Outcome | None:
+        if not isinstance(self._seconds, float | int):
+            return Outcome(False, f"DELAY({shown(self._seconds)}) is no number of seconds")
+        if self._until_s is None:
+            self._until_s = now_s + self._seconds
+        return DONE if now_s >= self._until_s else None
+
+    def cancel(self, words: str) -> None:
+        """Nothing: it only waits."""
+
+
+def _plain(value: object) -> str:
+    """A value as an argument of a packet or a message: names without quotes, numbers as short as they can be."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, float | int):
+        return f"{value:.12g}"
+    return str(value)

@@ -1,0 +1,50 @@
+"""A robot that records what its agents do."""
+
+from dataclasses import dataclass, field
+
+from robots.deliberative.actuators import DONE, Activation, Attempt, Outcome, Utterance
+from robots.deliberative.commitments import DropReason
+from robots.deliberative.program import Verb
+
+
+@dataclass
+class FakeAttempt:
+    """A packet that ends when the test says so."""
+
+    wanted: Activation
+    outcome: Outcome | None = None
+
+    def cancel(self, words: str) -> None:
+        if self.outcome is None:
+            self.outcome = Outcome(False, words, DropReason.REPLACED)
+
+
+@dataclass
+class FakeActuators:
+    """`is_busy`: another agent's packet runs; `refusal`: why packets are refused."""
+
+    begun: list[FakeAttempt] = field(default_factory=list)
+    said: list[Utterance] = field(default_factory=list)
+    steered: list[tuple[Verb, str]] = field(default_factory=list)
+    is_busy: bool = False
+    refusal: str = ""
+
+    @property
+    def tags(self) -> list[str]:
+        return [one.wanted.tag for one in self.begun]
+
+    def activate(self, wanted: Activation) -> Attempt | Outcome | None:
+        if self.is_busy:
+            return None
+        if self.refusal:
+            return Outcome(False, self.refusal)
+        self.begun.append(FakeAttempt(wanted))
+        return self.begun[-1]
+
+    def say(self, utterance: Utterance) -> Outcome:
+        self.said.append(utterance)
+        return DONE
+
+    def steer(self, verb: Verb, reason: str) -> Outcome:
+        self.steered.append((verb, reason))
+        return DONE

@@ -1,0 +1,308 @@
+"""Rules on a robot: own packets between a script's, shared actuators, and the sensors that rules need."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from robots.deliberative.actuators import Utterance
+from robots.deliberative.commitments import CommitmentState, DropReason
+from robots.deliberative.mind import Mind
+from robots.deliberative.reader import read_rules, rules_of
+from robots.deliberative.terms import Term, Value
+from robots.errors import RuleError
+from robots.physical.body import Pose
+from robots.physical.geometry import wrap
+from robots.physical.profile import BeaconSpec, RobotProfile
+from robots.repertoire import load_repertoire
+from robots.wire import Control, ControlVerb, PacketReport, PacketState, ScriptState
+from tests.robots.fake_world import STEP_S, FakeWorld
+from tests.robots.sensed import PROFILE
+from tests.robots.stories import EAST, NORTH, Service, carry, packet, room, run, run_for, script
+
+START = Pose(x_m=1.0, y_m=1.5, heading_rad=EAST)
+DEFENDER = Path(__file__).with_name("defender.rules")
+HEAD = "AGENT tester;\nACTUATOR activate, say, suspend, resume, retry, giveUp;\n"
+ON_REQUEST = """
+BELIEF(message(request, ?_, turn)) => COMMIT(activate(TURN_LEFT(angle_rad: 3.14)));
+BELIEF(message(request, ?_, stand)) => COMMIT(suspend(look_out));
+BELIEF(message(request, ?_, go_on)) => COMMIT(resume());
+BELIEF(message(request, ?_, again)) => COMMIT(retry(better));
+BELIEF(message(request, ?_, leave)) => COMMIT(giveUp(told_to));
+"""
+
+
+class Rover:
+    """A rover with rules in a world, and the service that listens to it."""
+
+    def __init__(
+        self, *texts: str, world: FakeWorld | None = None, start: Pose = START, home: str | None = None
+    ):
+        self.world = world or room(noise=0.0)
+        self.said: list[Utterance] = []
+        self._texts = texts
+        link = self.world.add("fred", start, mind=self._mind, home=home)
+        self.service = Service(self.world, link, "fred")
+
+    def _mind(self, profile: RobotProfile) -> Mind:
+        files = [rules_of(text, f"file_{number}.rules") for number, text in enumerate(self._texts)]
+        self.mind = Mind(profile, load_repertoire(), files, speak=self._hear)
+        return self.mind
+
+    def _hear(self, utterance: Utterance) -> None:
+        self.said.append(utterance)
+
+    def tell(self, content: Value) -> None:
+        self.mind.hear(Utterance(performative="request", other="anna", content=content))
+
+    def run_for(self, time_s: float) -> None:
+        run_for(self.world, [self.service], time_s)
+
+    def run_until_ended(self) -> ScriptState | None:
+        run(self.world, [self.service], lambda: self.service.report is not None)
+        return self.service.report.state if self.service.report else None
+
+    @property
+    def details(self) -> list[str]:
+        return [one.body.detail for one in self.service.heard if isinstance(one.body, PacketReport)]
+
+    @property
+    def ended(self) -> Sequence[tuple[str, CommitmentState]]:
+        return [(one.name, one.state) for agent in self.mind.agents for one in agent.ended]
+
+
+def navigating(*texts: str) -> Rover:
+    rover = Rover(*texts)
+    rover.service.order(script("fred", packet("NAVIGATE", ref2="yard")))
+    rover.run_for(2.0)
+    return rover
+
+
+def test_rules_that_do_not_fire_change_nothing() -> None:
+    paths = []
+    rules = rules_of(HEAD + "BELIEF(message(request, ?_, ?_)) => COMMIT(suspend());", "tester.rules")
+
+    def mind(profile: RobotProfile) -> Mind:
+        return Mind(profile, load_repertoire(), [rules])
+
+    for makes_mind in (None, mind):
+        world = room(seed=3)
+        link = world.add("fred", START, mind=makes_mind)
+        service = Service(world, link, "fred")
+        service.order(script("fred", packet("NAVIGATE", ref2="yard")))
+        path = []
+        for _ in range(200):
+            run_for(world, [service], STEP_S)
+            path.append((world.bodies["fred"].pose, world.bodies["fred"].running))
+        paths.append(path)
+    assert paths[0] == paths[1]
+
+
+def test_own_packets_run_between_and_the_scripts_packet_goes_on() -> None:
+    rover = navigating(HEAD + ON_REQUEST)
+    at = rover.world.bodies["fred"].at
+    rover.tell("turn")
+    rover.run_for(2.0)
+    assert rover.world.bodies["fred"].velocity[0] == 0.0
+    assert abs(rover.world.bodies["fred"].at - at) < 0.3
+    assert rover.run_until_ended() is ScriptState.FINISHED
+    assert rover.service.packets[-1] == ("NAVIGATE", PacketState.FINISHED)
+    assert "NAVIGATE stands for TURN_LEFT of tester:4" in rover.details
+    assert any(one.startswith("NAVIGATE goes on, TURN_LEFT has finished") for one in rover.details)
+    assert rover.ended == [("TURN_LEFT", CommitmentState.FULFILLED)]
+    assert rover.service.upkeep == []
+
+
+def test_what_own_packets_drive_and_turn_does_not_count_for_the_scripts_packet() -> None:
+    rover = Rover(HEAD + ON_REQUEST)
+    rover.service.order(script("fred", packet("TURN_LEFT", angle_rad="3.0")))
+    rover.run_for(0.5)
+    rover.tell("turn")
+    assert rover.run_until_ended() is ScriptState.FINISHED
+    off_rad = wrap(rover.world.bodies["fred"].pose.heading_rad - 3.0 - 3.14)
+    assert abs(off_rad) < 0.15
+
+
+def test_a_pause_of_the_script_stops_own_packets_and_a_cancel_ends_them() -> None:
+    rover = navigating(HEAD + ON_REQUEST)
+    rover.tell("turn")
+    rover.run_for(0.5)
+    rover.service.send(Control(script_id="script-fred", verb=ControlVerb.PAUSE, number=1))
+    rover.run_for(0.2)
+    heading = rover.world.bodies["fred"].pose.heading_rad
+    rover.run_for(2.0)
+    assert rover.world.bodies["fred"].pose.heading_rad == heading
+    rover.service.send(Control(script_id="script-fred", verb=ControlVerb.CANCEL, number=2))
+    rover.run_for(0.5)
+    (ended,) = rover.mind.agents[0].ended
+    assert (ended.state, ended.reason) == (CommitmentState.DROPPED, DropReason.ORDER)
+
+
+def test_a_script_of_the_service_ends_packets_of_an_idle_robots_rules() -> None:
+    rover = Rover(HEAD + "BELIEF(startup) => COMMIT(activate(WANDER()));")
+    rover.run_for(1.0)
+    assert [one.tag for one in rover.service.upkeep] == ["WANDER"]
+    rover.service.order(script("fred", packet("NAVIGATE", ref2="yard")))
+    assert rover.run_until_ended() is ScriptState.FINISHED
+    assert rover.mind.agents[0].ended[0].reason is DropReason.ORDER
+
+
+@pytest.mark.parametrize(
+    ("carries", "words"),
+    [("", "fred holds rock: only packets of a CARRY statement may move it"), ("CARRY TURN_LEFT;\n", "")],
+)
+def test_what_is_held_is_moved_by_declared_packets_only(carries: str, words: str) -> None:
+    rover = Rover(
+        HEAD + carries + "BELIEF(packet(TRANSPORT, running)) => COMMIT(activate(TURN_LEFT(angle_rad: 0.5)));",
+        world=room({"rock": 1 + 0.4j}, noise=0.0),
+    )
+    rover.service.order(carry("fred", "rock", "door", "hatch"))
+    assert rover.run_until_ended() is ScriptState.FINISHED
+    (ended,) = rover.mind.agents[0].ended
+    assert ended.words == words
+    assert (ended.state is CommitmentState.FULFILLED) is not bool(words)
+
+
+def test_a_packet_is_suspended_resumed_begun_again_and_given_up() -> None:
+    rover = navigating(HEAD + ON_REQUEST)
+    rover.tell("stand")
+    rover.run_for(0.3)
+    at = rover.world.bodies["fred"].at
+    rover.run_for(2.0)
+    assert rover.world.bodies["fred"].at == at
+    rover.tell("go_on")
+    rover.run_for(1.0)
+    assert rover.world.bodies["fred"].at != at
+    rover.tell("again")
+    rover.run_for(0.3)
+    states = [state for tag, state in rover.service.packets if tag == "NAVIGATE"]
+    assert states[-2:] == [PacketState.INITIALIZING, PacketState.RUNNING]
+    rover.tell("leave")
+    assert rover.run_until_ended() is ScriptState.FAILED
+    assert rover.service.report is not None
+    assert "NAVIGATE was given up: told_to" in rover.service.report.detail
+    assert {"NAVIGATE is suspended: look_out", "NAVIGATE goes on", "NAVIGATE begins again: better"} <= set(
+        rover.details
+    )
+
+
+def test_a_packet_is_begun_again_a_few_times_only() -> None:
+    rover = navigating(HEAD + ON_REQUEST)
+    for _ in range(4):
+        rover.tell("again")
+        rover.run_for(0.2)
+    assert [one.words for one in rover.mind.agents[0].ended][-1] == "NAVIGATE was begun again 3 times"
+
+
+def test_the_sensors_that_rules_need_run_without_a_script_and_stop_when_they_are_needed_no_longer() -> None:
+    rover = Rover(
+        HEAD + "PERCEPTOR full IS not(of: empty());\nBELIEF(on_watch);\n"
+        "BELIEF(on_watch) & BELIEF(full) => COMMIT(say(inform, anna, full));\n"
+        "BELIEF(message(request, ?_, rest)) => COMMIT(retractBelief(on_watch));"
+    )
+    rover.run_for(0.2)
+    assert rover.world.bodies["fred"].running == {"gripper"}
+    body = rover.world.bodies["fred"]
+    rover.world.samples["rock"] = body.jaws
+    body.set_gripper(closed=True)
+    rover.run_for(0.2)
+    assert [said.content for said in rover.said] == ["full"]
+    rover.tell("rest")
+    rover.run_for(0.3)
+    assert rover.world.bodies["fred"].running == frozenset()
+
+
+def test_an_agent_of_higher_rank_takes_the_body_and_one_of_lower_rank_waits() -> None:
+    first = "AGENT first;\nACTUATOR activate;\n"
+    first += "BELIEF(message(?_, ?_, turn)) => COMMIT(activate(TURN_LEFT(angle_rad: 1)));"
+    second = "AGENT second;\nACTUATOR activate;\nBELIEF(startup) => COMMIT(activate(WANDER()));\n"
+    second += "BELIEF(failed(WANDER)) => COMMIT(activate(STEP()));"
+    rover = Rover(first, second)
+    rover.run_for(1.0)
+    rover.tell("turn")
+    rover.run_for(0.5)
+    wander = rover.mind.agents[1].ended[0]
+    assert (wander.state, wander.reason) == (CommitmentState.DROPPED, DropReason.REPLACED)
+    assert [one.name for one in rover.mind.agents[1].commitments] == ["STEP"]
+    rover.run_for(10.0)
+    assert rover.ended == [
+        ("TURN_LEFT", CommitmentState.FULFILLED),
+        ("WANDER", CommitmentState.DROPPED),
+        ("STEP", CommitmentState.FULFILLED),
+    ]
+
+
+def field() -> FakeWorld:
+    """A pitch, its centre at the origin."""
+    corners = [-5 - 4j, 5 - 4j, 5 + 4j, -5 + 4j]
+    walls = list(zip(corners, corners[1:] + corners[:1], strict=True))
+    beacons = {"post": BeaconSpec(x_m=0, y_m=-3.6, approach_rad=(NORTH,))}
+    return FakeWorld(walls=walls, beacons=beacons, samples={"ball": 1.5 + 1j}, noise=0.0)
+
+
+def test_the_defender_of_sra_figure_5_drives_home_on_request() -> None:
+    rover = Rover(DEFENDER.read_text(), world=field(), start=Pose(x_m=0, y_m=0, heading_rad=EAST))
+    rover.tell("reset")
+    rover.run_for(1.0)
+    assert rover.world.bodies["fred"].at == 0
+    rover.tell(Term("cover_role", ("left_defender",)))
+    rover.run_for(0.2)
+    rover.tell("reset")
+    rover.run_for(25.0)
+    assert abs(rover.world.bodies["fred"].at - (-3 - 1.5j)) < 0.3
+    assert [(one.performative, one.other, one.content) for one in rover.said] == [("agree", "anna", "reset")]
+    rover.tell(Term("cover_role", ("attacker",)))
+    rover.run_for(0.2)
+    rover.tell("reset")
+    rover.run_for(30.0)
+    assert abs(rover.world.bodies["fred"].at - 2) < 0.3
+
+
+def test_the_defender_goes_to_the_ball_until_it_is_close_and_then_faces_it() -> None:
+    rover = Rover(DEFENDER.read_text(), world=field(), start=Pose(x_m=-1.5, y_m=1, heading_rad=EAST))
+    rover.tell("track")
+    ended = rover.mind.agents[0].ended
+    assert run(rover.world, [rover.service], lambda: bool(ended), limit_s=20)
+    assert (ended[0].name, ended[0].reason) == ("MOVE_TO", DropReason.REPLACED)
+    assert [one.name for one in rover.mind.agents[0].commitments] == ["FACE_OBJECT"]
+    assert 0.9 < abs(rover.world.bodies["fred"].at - rover.world.samples["ball"]) < 1.05
+
+
+def test_rules_that_the_robot_cannot_follow_are_refused_by_name() -> None:
+    def refusal(*texts: str, profile: RobotProfile = PROFILE, **told: dict[str, frozenset[str]]) -> str:
+        files = [rules_of(text, f"file_{number}.rules") for number, text in enumerate(texts)]
+        with pytest.raises(RuleError) as raised:
+            Mind(profile, load_repertoire(), files, **told)
+        return str(raised.value)
+
+    seeing = HEAD + "PERCEPTOR full IS not(of: empty());\nBELIEF(full) => COMMIT(suspend());"
+    blind = RobotProfile(name="me", start=PROFILE.start, beacons={}, sensors=frozenset())
+    assert refusal(seeing, profile=blind) == "me has no gripper, which rules tester need"
+    allowed = {"tester": frozenset({"say"})}
+    assert "tester may not use activate, giveUp, resume, retry, suspend; its actuators: say" in refusal(
+        HEAD, competence=allowed
+    )
+    assert "a role needs the file of an agent beside it" in refusal("ROLE guard;")
+
+
+def test_new_rules_replace_the_old_ones_and_keep_what_was_adopted() -> None:
+    rover = Rover(HEAD + "BELIEF(startup) => COMMIT(SEQ(adoptBelief(guards), activate(WANDER())));")
+    rover.run_for(0.5)
+    old = rover.mind.agents[0]
+    now_s = rover.world.clock.now_s()
+    with pytest.raises(RuleError, match="unknown action or plan wave"):
+        rover.mind.load([rules_of(HEAD + "BELIEF(startup) => COMMIT(wave());", "new.rules")], now_s)
+    assert rover.mind.agents == [old]
+    text = HEAD + "BELIEF(message(?_, ?_, ask)) & BELIEF(guards) => COMMIT(say(inform, anna, guards));\n"
+    text += "BELIEF(message(?_, ?_, now)) => COMMIT(adoptBelief(guards));"
+    rover.mind.load([rules_of(text, "new.rules")], now_s)
+    assert [one.reason for one in old.ended] == [DropReason.RULES]
+    rover.tell("ask")
+    rover.run_for(0.2)
+    assert [said.content for said in rover.said] == ["guards"]
+
+
+def test_rules_are_read_from_a_file() -> None:
+    assert read_rules(DEFENDER).name == "defender"
+    with pytest.raises(RuleError, match="cannot be read"):
+        read_rules(DEFENDER.with_name("nothing.rules"))

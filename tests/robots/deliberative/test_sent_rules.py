@@ -1,0 +1,111 @@
+"""Rules that the service sends: version, refusal by name, and what a power failure leaves."""
+
+import pytest
+
+from robots.deliberative.mind import Mind
+from robots.deliberative.reader import digest_of
+from robots.deliberative.terms import Term
+from robots.executive.agent import BehaviouralAgent
+from robots.executive.memory import RobotMemory
+from robots.link import InMemoryLink
+from robots.physical.body import Pose
+from robots.physical.profile import RobotProfile
+from robots.repertoire import load_repertoire
+from robots.wire import Performative, RuleSet, RulesReport
+from tests.robots.fake_world import FakeWorld
+from tests.robots.stories import EAST, Service, room, run_for
+
+WANDERER = "AGENT wanderer;\nACTUATOR activate;\nBELIEF(startup) => COMMIT(activate(WANDER()));\n"
+KEEPER = (
+    'AGENT keeper;\nBELIEF(startup) & !BELIEF(seen(?_)) => COMMIT(adoptBelief(seen("bay 3", -1.5)));\n'
+    "BELIEF(seen(?_, ?_)) => COMMIT(adoptBelief(done));\n"
+)
+
+
+def mind(profile: RobotProfile) -> Mind:
+    return Mind(profile, load_repertoire(), ())
+
+
+def at_rest() -> tuple[FakeWorld, Service]:
+    world = room(noise=0.0)
+    link = world.add("fred", Pose(x_m=1.0, y_m=1.5, heading_rad=EAST), mind=mind)
+    return world, Service(world, link, "fred")
+
+
+def sent(world: FakeWorld, service: Service, rules: RuleSet) -> tuple[Performative, RulesReport]:
+    request = service.send(rules)
+    run_for(world, [service], 0.5)
+    (answer,) = (one for one in service.heard if one.in_reply_to == request.id)
+    assert isinstance(answer.body, RulesReport)
+    return answer.performative, answer.body
+
+
+def believed(world: FakeWorld) -> set[str]:
+    memory = world.agents["fred"].memory().mind
+    assert memory is not None
+    return {text for some in memory.beliefs.values() for text in some}
+
+
+def test_rules_that_are_sent_are_followed_and_reported_with_their_digests() -> None:
+    world, service = at_rest()
+    answer = sent(world, service, RuleSet(version=1, files={"wanderer": WANDERER}))
+    assert answer == (
+        Performative.AGREE,
+        RulesReport(version=1, digests={"wanderer": digest_of(WANDERER)}),
+    )
+    run_for(world, [service], 1.0)
+    assert [one.tag for one in service.upkeep] == ["WANDER"]
+
+
+def test_rules_that_do_not_fit_are_refused_by_name_and_the_present_ones_stay() -> None:
+    world, service = at_rest()
+    sent(world, service, RuleSet(version=1, files={"keeper": KEEPER}))
+    bad = WANDERER.replace("WANDER()", "WANDR()")
+    performative, report = sent(world, service, RuleSet(version=2, files={"wanderer": bad}))
+    assert performative is Performative.REFUSE
+    assert report.reason == "wanderer:3:27: unknown packet WANDR; did you mean WANDER?"
+    assert report.digests == {"keeper": digest_of(KEEPER)}
+    _, report = sent(world, service, RuleSet(version=3, files={"rover": WANDERER}))
+    assert report.reason == "rover:1:1: the file says that it is wanderer"
+
+
+def test_an_older_version_changes_nothing_and_no_files_end_all_rules() -> None:
+    world, service = at_rest()
+    sent(world, service, RuleSet(version=2, files={"keeper": KEEPER}))
+    _, late = sent(world, service, RuleSet(version=1, files={"wanderer": WANDERER}))
+    assert (late.reason, late.digests) == ("", {"keeper": digest_of(KEEPER)})
+    _, none = sent(world, service, RuleSet(version=3))
+    assert none == RulesReport(version=3)
+
+
+def test_a_power_failure_leaves_the_rules_and_what_was_adopted() -> None:
+    world, service = at_rest()
+    sent(world, service, RuleSet(version=4, files={"keeper": KEEPER}))
+    assert believed(world) == {'seen("bay 3", -1.5)', "done"}
+    memory = RobotMemory.model_validate_json(world.agents["fred"].memory().model_dump_json())
+    profile = world.agents["fred"].profile
+    service.link, theirs = InMemoryLink.pair()
+    restored = mind(profile)
+    world.agents["fred"] = BehaviouralAgent(
+        profile=profile,
+        body=world.bodies["fred"],
+        link=theirs,
+        clock=world.clock,
+        memory=memory,
+        deliberation=restored,
+    )
+    assert Term("seen", ("bay 3", -1.5)) in restored.agents[0].beliefs
+    _, late = sent(world, service, RuleSet(version=3, files={"wanderer": WANDERER}))
+    assert late.digests == {"keeper": digest_of(KEEPER)}
+
+
+def test_a_robot_without_a_deliberative_level_refuses_rules() -> None:
+    world = room(noise=0.0)
+    service = Service(world, world.add("fred", Pose(x_m=1.0, y_m=1.5, heading_rad=EAST)), "fred")
+    performative, report = sent(world, service, RuleSet(version=1, files={"wanderer": WANDERER}))
+    assert (performative, report.reason) == (Performative.REFUSE, "fred has no deliberative level")
+
+
+def test_a_message_holds_a_limited_number_of_files() -> None:
+    with pytest.raises(ValueError, match="at most 16"):
+        RuleSet(version=1, files={f"agent_{number}": "AGENT a;" for number in range(17)})
