@@ -1,0 +1,150 @@
+"""One side's view of a conversation with one partner, and the only code that changes its state.
+
+Who opened it repeats its last message until the conversation ends or its time is over; who was spoken to answers a
+repetition with what it said last. So whatever is lost on the way is said again, and nothing is handled twice.
+"""
+
+from collections import OrderedDict
+from collections.abc import Iterator
+
+from robots.contract.known_scripts import remember
+from robots.errors import RobotError
+from robots.social.protocols import CANCELLED, TIMED_OUT, InteractionProtocol, Side
+from robots.wire import Message, Performative, SpeechAct
+
+RESEND_S = 2.0
+"""A message is repeated this long after its answer could have arrived (world's clock)."""
+LONGEST_PAUSE_S = 8.0
+"""The longest pause between two repetitions."""
+MAX_CONVERSATIONS = 512
+"""Of one robot; beyond it the oldest is forgotten."""
+
+
+class OutOfProtocol(RobotError):
+    """Raised when a message may not be said in a conversation's state; says what may be."""
+
+
+class Conversation:
+    """A conversation by one protocol. `state` is one of the protocol's, or one of its common ends."""
+
+    def __init__(
+        self, protocol: InteractionProtocol, conversation_id: str, partner: str, first: Message, *, mine: bool
+    ) -> None:
+        """:param mine: this side has opened it by the first message.
+        :raises OutOfProtocol: if the message does not open a conversation of the protocol.
+        """
+        if first.performative not in protocol.opens:
+            raise OutOfProtocol(
+                f"{protocol.name} is opened by {' or '.join(protocol.opens)}, not by {first.performative}"
+            )
+        self.protocol = protocol
+        self.id = conversation_id
+        self.partner = partner
+        self.side = Side.INITIATOR if mine else Side.PARTICIPANT
+        self.state = protocol.opens[first.performative]
+        self.last_said: Message | None = None
+        """By this side."""
+        self.is_of_rules = False
+        """The robot's rules hear it and speak in it."""
+        self.last_heard: str | None = None
+        """The id of the partner's last message."""
+        self._heard: set[str] = set()
+        self._said_s = first.sent_at_s
+        self._pause_s = 0.0
+        self.reply_by_s: float | None = None
+        self._note(first, mine=mine)
+
+    @property
+    def has_ended(self) -> bool:
+        return self.protocol.has_ended(self.state)
+
+    def knows(self, message: Message) -> bool:
+        """True if the partner repeats what it has said."""
+        return message.id in self._heard
+
+    def hear(self, message: Message) -> None:
+        """:raises OutOfProtocol: if the partner may not say this now."""
+        self._advance(
+            message.performative, Side.PARTICIPANT if self.side is Side.INITIATOR else Side.INITIATOR
+        )
+        self._note(message, mine=False)
+
+    def say(self, message: Message) -> None:
+        """:raises OutOfProtocol: if this side may not say this now."""
+        self._advance(message.performative, self.side)
+        self._note(message, mine=True)
+
+    def step(self, now_s: float, *, round_trip_s: float, heard_s: float) -> Message | None:
+        """End the conversation if its time is over; what is to be repeated now, if anything is.
+
+        :param heard_s: when the partner was last heard.
+        """
+        if self.side is Side.PARTICIPANT or self.has_ended or self.last_said is None:
+            return None
+        if self.reply_by_s is not None and now_s >= self.reply_by_s:
+            self.state = TIMED_OUT
+            return None
+        interval_s = round_trip_s + RESEND_S
+        pause_s = interval_s if heard_s > self._said_s else max(self._pause_s, interval_s)
+        if now_s - self._said_s < pause_s:
+            return None
+        self._said_s = now_s
+        self._pause_s = max(min(2 * pause_s, LONGEST_PAUSE_S), interval_s)
+        return self.last_said
+
+    def cancel(self) -> None:
+        """Give it up without a word."""
+        if not self.has_ended:
+            self.state = CANCELLED
+
+    def _advance(self, performative: Performative, side: Side) -> None:
+        after = self.protocol.after(self.state, side, performative)
+        if after is None:
+            may = [one for who, one in self.protocol.transitions.get(self.state, {}) if who is side]
+            raise OutOfProtocol(
+                f"{performative} by the {side} does not follow in {self.protocol.name}, which is {self.state}"
+                + (f"; {' or '.join(may)} may" if may else "")
+            )
+        self.state = after
+
+    def _note(self, message: Message, *, mine: bool) -> None:
+        if not mine:
+            self._heard.add(message.id)
+            self.last_heard = message.id
+            return
+        self.last_said = message
+        self._said_s = message.sent_at_s
+        self._pause_s = 0.0
+        if self.side is Side.INITIATOR and isinstance(message.body, SpeechAct):
+            self.reply_by_s = message.body.reply_by_s
+
+
+class Conversations:
+    """One robot's conversations, by their ids and partners, the newest last."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, Conversation] = OrderedDict()
+        self._open: dict[str, Conversation] = {}
+        """Those that this side has opened and that have not ended."""
+
+    def __iter__(self) -> Iterator[Conversation]:
+        return iter(self._known.values())
+
+    def of(self, conversation_id: str, partner: str) -> Conversation | None:
+        return self._known.get(_key(conversation_id, partner))
+
+    def add(self, conversation: Conversation) -> None:
+        key = _key(conversation.id, conversation.partner)
+        remember(self._known, key, conversation, MAX_CONVERSATIONS)
+        if conversation.side is Side.INITIATOR:
+            self._open[key] = conversation
+
+    def awaited(self) -> list[Conversation]:
+        """Those in which this side waits for an answer, or which have just ended; the latter are left out after."""
+        awaited = list(self._open.values())
+        self._open = {key: one for key, one in self._open.items() if not one.has_ended}
+        return awaited
+
+
+def _key(conversation_id: str, partner: str) -> str:
+    return f"{partner}/{conversation_id}"

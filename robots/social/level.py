@@ -1,0 +1,292 @@
+"""A robot's social level: it speaks with other robots in FIPA ACL (SRA, the social level).
+
+What it is told is given to handlers by performative and the name of the content's term; what it has to say itself is
+said by `say`. Messages are sent again until they are answered (`conversation.py`).
+"""
+
+import uuid
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from robots.clock import Clock
+from robots.contract.memory import SocialMemory
+from robots.executive.society import Situated
+from robots.social.acquaintances import Acquaintances
+from robots.social.conversation import Conversation, Conversations, OutOfProtocol
+from robots.social.peer_clearance import PeerClearance
+from robots.social.protocols import PROTOCOLS, QUERY, InteractionProtocol, Side
+from robots.social.speech import Ending, Heard, Reply
+from robots.social.terms import ContentError, Term, parse_term
+from robots.wire import TERMS, BehaviourPacket, Message, Performative, SpeechAct
+
+ONTOLOGY = "macta-mission"
+"""What the words of contents mean: scripts, actions, places and samples of the service's missions."""
+ABILITIES = "abilities"
+"""The term that lists what a robot can do; without arguments in a question for it."""
+
+Handler = Callable[[Heard, Situated], Reply | None]
+Ended = Callable[[Ending], None]
+Listener = Callable[[Heard], bool]
+"""Hears what no handler takes; False if it does not take it either."""
+
+
+@dataclass(slots=True)
+class _Opened:
+    """What is kept of a conversation that this side has opened, beside its state."""
+
+    ended: Ended
+    answer: Heard | None = None
+
+
+class SocialLevel:
+    """Speaks for one robot. Implements `robots.executive.society.Society`."""
+
+    def __init__(
+        self, name: str, clock: Clock, *, abilities: Iterable[str] = (), round_trip_s: float = 0.0
+    ) -> None:
+        """
+        :param abilities: what the robot says that it can do, if it is asked.
+        :param round_trip_s: the longest travel time of a message to another robot and its answer together.
+        """
+        self.name = name
+        self.acquaintances = Acquaintances()
+        self.conversations = Conversations()
+        self._clock = clock
+        self._round_trip_s = round_trip_s
+        self._handlers: dict[tuple[Performative, str], Handler] = {}
+        self._abilities = Term(ABILITIES, tuple(sorted(abilities)))
+        self._opened: dict[tuple[str, str], _Opened] = {}
+        self._outbox: list[Message] = []
+        self._listener: Listener = lambda heard: False
+        self._clearance = PeerClearance(self.say)
+        self.on(Performative.INFORM, "ended", self._clearance.heard)
+        self.on(Performative.QUERY_REF, ABILITIES, self._say_abilities)
+
+    def on(self, performative: Performative, name: str, handler: Handler) -> None:
+        """Have what opens a conversation with this performative and a term of this name handled; the handler is called
+        once for each message that is not a repetition, and must be idempotent over restarts.
+        """
+        self._handlers[performative, name] = handler
+
+    def listen(self, listener: Listener) -> None:
+        """Have what no handler takes heard, and the answers in conversations that rules have opened."""
+        self._listener = listener
+
+    def say(
+        self,
+        performative: Performative,
+        receiver: str,
+        content: Term,
+        *,
+        protocol: InteractionProtocol,
+        within_s: float,
+        ended: Ended = lambda ending: None,
+        is_of_rules: bool = False,
+    ) -> Conversation:
+        """Open a conversation.
+
+        :param within_s: how long an answer is awaited.
+        :param ended: called once with how it ended.
+        :param is_of_rules: the listener hears the answers.
+        """
+        now_s = self._clock.now_s()
+        conversation_id = uuid.uuid4().hex
+        act = SpeechAct(
+            content=str(content),
+            ontology=ONTOLOGY,
+            protocol=protocol.name,
+            conversation_id=conversation_id,
+            reply_by_s=now_s + within_s,
+        )
+        message = self._message(performative, receiver, act, now_s)
+        conversation = Conversation(protocol, conversation_id, receiver, message, mine=True)
+        conversation.is_of_rules = is_of_rules
+        self.conversations.add(conversation)
+        self._opened[receiver, conversation_id] = _Opened(ended)
+        self._outbox.append(message)
+        return conversation
+
+    def go_on(self, performative: Performative, receiver: str, content: Term, *, within_s: float) -> bool:
+        """Say this in the listener's newest conversation with the receiver in which it may be said now; False if
+        there is none.
+        """
+        for one in reversed(list(self.conversations)):
+            if one.partner != receiver or not one.is_of_rules:
+                continue
+            if one.protocol.after(one.state, one.side, performative) is None:
+                continue
+            now_s = self._clock.now_s()
+            body = SpeechAct(
+                content=str(content),
+                ontology=ONTOLOGY,
+                protocol=one.protocol.name,
+                conversation_id=one.id,
+                reply_by_s=now_s + within_s if one.side is Side.INITIATOR else None,
+            )
+            message = self._message(performative, receiver, body, now_s, one.last_heard)
+            one.say(message)
+            self._outbox.append(message)
+            return True
+        return False
+
+    def ask_abilities(self, receiver: str, *, within_s: float) -> Conversation:
+        """Ask another robot what it can do; the answer is kept in `acquaintances`."""
+        return self.say(Performative.QUERY_REF, receiver, Term(ABILITIES), protocol=QUERY, within_s=within_s)
+
+    def step(self, arrived: Sequence[Message], robot: Situated) -> None:
+        now_s = self._clock.now_s()
+        for message in arrived:
+            if isinstance(message.body, SpeechAct):
+                self._hear(message, message.body, robot, now_s)
+        self._clearance.step(now_s)
+        for one in self.conversations.awaited():
+            again = one.step(
+                now_s, round_trip_s=self._round_trip_s, heard_s=self.acquaintances.heard_s(one.partner)
+            )
+            if again is not None:
+                self._outbox.append(again)
+            if one.has_ended and (opened := self._opened.pop((one.partner, one.id), None)) is not None:
+                opened.ended(Ending(state=one.state, answer=opened.answer, at_s=now_s))
+        outbox = self._outbox
+        self._outbox = []
+        for message in outbox:
+            robot.send(message)
+
+    def packet_ended(self, packet: BehaviourPacket) -> None:
+        self._clearance.packet_ended(packet, self._clock.now_s())
+
+    def memory(self) -> SocialMemory:
+        return SocialMemory(owed=self._clearance.memory())
+
+    def recall(self, memory: SocialMemory) -> None:
+        self._clearance.recall(memory.owed)
+
+    def _hear(self, message: Message, act: SpeechAct, robot: Situated, now_s: float) -> None:
+        self.acquaintances.hear(message.sender, now_s)
+        known = self.conversations.of(act.conversation_id, message.sender)
+        if known is not None and known.knows(message):
+            # Whoever has opened the conversation repeats by itself; else two would repeat without end.
+            if known.last_said is not None and known.side is Side.PARTICIPANT:
+                self._outbox.append(known.last_said)
+            return
+        if known is None and message.in_reply_to is not None:
+            return  # an answer in a conversation that was before a restart, or is long over
+        try:
+            heard = self._understood(message, act, now_s)
+            if known is None:
+                known = self._opened_by(message, act, heard)
+                handler = _confirmed if known.is_of_rules else self._handlers[heard.key]
+                reply = handler(heard, robot)
+            else:
+                if known.has_ended:
+                    return  # its time is over, or its answers have overtaken each other
+                known.hear(message)
+                if known.is_of_rules:
+                    self._listener(heard)
+                if (opened := self._opened.get((known.partner, known.id))) is not None:
+                    self._note_answer(opened, heard)
+                    return
+                answering = None if known.is_of_rules else self._handlers.get(heard.key)
+                reply = answering(heard, robot) if answering is not None else None
+        except (ContentError, OutOfProtocol) as error:
+            self._not_understood(message, act, str(error), now_s)
+            return
+        if reply is not None:
+            self._answer(known, message, act, reply, now_s)
+
+    def _understood(self, message: Message, act: SpeechAct, now_s: float) -> Heard:
+        """:raises ContentError: if the language or the content is not known here."""
+        if act.language != TERMS:
+            raise ContentError(f"the language {act.language!r} is not spoken here; it is {TERMS}")
+        try:
+            content = parse_term(act.content)
+        except ContentError:
+            if message.performative is not Performative.NOT_UNDERSTOOD:
+                raise
+            content = Term("reason", (act.content,))
+        return Heard(
+            performative=message.performative,
+            sender=message.sender,
+            content=content,
+            message=message,
+            at_s=now_s,
+        )
+
+    def _note_answer(self, opened: _Opened, heard: Heard) -> None:
+        opened.answer = heard
+        if heard.key == (Performative.INFORM, ABILITIES):
+            self.acquaintances.hear(heard.sender, heard.at_s, frozenset(heard.content.words))
+
+    def _say_abilities(self, heard: Heard, robot: Situated) -> Reply:
+        return Reply(performative=Performative.INFORM, content=self._abilities)
+
+    def _opened_by(self, message: Message, act: SpeechAct, heard: Heard) -> Conversation:
+        """:raises OutOfProtocol: if nobody here answers what the message is about."""
+        protocol = PROTOCOLS.get(act.protocol)
+        if protocol is None:
+            choices = ", ".join(PROTOCOLS)
+            raise OutOfProtocol(f"the protocol {act.protocol!r} is not known here; choices: {choices}")
+        conversation = Conversation(protocol, act.conversation_id, message.sender, message, mine=False)
+        if heard.key not in self._handlers:
+            conversation.is_of_rules = self._listener(heard)
+        if heard.key not in self._handlers and not conversation.is_of_rules:
+            known = sorted(
+                word for performative, word in self._handlers if performative is message.performative
+            )
+            raise OutOfProtocol(
+                f"{self.name} does not take {message.performative} of {heard.content.name!r}; it takes "
+                f"{', '.join(known) or 'nothing of that kind'}"
+            )
+        self.conversations.add(conversation)
+        return conversation
+
+    def _answer(
+        self, conversation: Conversation, message: Message, act: SpeechAct, reply: Reply, now_s: float
+    ) -> None:
+        body = SpeechAct(
+            content=str(reply.content),
+            ontology=act.ontology,
+            protocol=act.protocol,
+            conversation_id=act.conversation_id,
+        )
+        answer = self._message(reply.performative, message.sender, body, now_s, message.id)
+        conversation.say(answer)
+        self._outbox.append(answer)
+
+    def _not_understood(self, message: Message, act: SpeechAct, reason: str, now_s: float) -> None:
+        """Say so; never of a not-understood, or two robots would not come to an end."""
+        if message.performative is Performative.NOT_UNDERSTOOD:
+            return
+        body = SpeechAct(
+            content=str(Term("reason", (reason[:300],))),
+            ontology=act.ontology,
+            protocol=act.protocol,
+            conversation_id=act.conversation_id,
+        )
+        self._outbox.append(
+            self._message(Performative.NOT_UNDERSTOOD, message.sender, body, now_s, message.id)
+        )
+
+    def _message(
+        self,
+        performative: Performative,
+        receiver: str,
+        act: SpeechAct,
+        now_s: float,
+        in_reply_to: str | None = None,
+    ) -> Message:
+        return Message(
+            performative=performative,
+            sender=self.name,
+            receiver=receiver,
+            sent_at_s=now_s,
+            in_reply_to=in_reply_to,
+            body=act,
+        )
+
+
+def _confirmed(heard: Heard, robot: Situated) -> Reply | None:
+    """What is answered at once to what rules hear: the confirmation of an inform; they answer the rest themselves."""
+    if heard.performative is not Performative.INFORM:
+        return None
+    return Reply(performative=Performative.CONFIRM, content=heard.content)

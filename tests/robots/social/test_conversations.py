@@ -1,0 +1,152 @@
+"""Conversations between robots: answers in time, clarification of what is not understood, and who is known."""
+
+import pytest
+
+from robots.social import Ending, Heard, Reply, Term
+from robots.social.protocols import QUERY, REQUEST, TIMED_OUT, InteractionProtocol
+from robots.wire import Message, Performative, SpeechAct
+from tests.robots.social.talkers import Air, Talker
+
+
+def pair(**faults: float) -> tuple[Air, Talker, Talker]:
+    air = Air(**faults)  # type: ignore[arg-type]
+    return air, air.add("fred"), air.add("ginger")
+
+
+def say(
+    talker: Talker,
+    content: str,
+    performative: Performative = Performative.REQUEST,
+    conversation: str = "c-1",
+    **slots: str,
+) -> Message:
+    """Speak to ginger past the talker's own conversations."""
+    reply = slots.pop("in_reply_to", None)
+    act = SpeechAct(content=content, conversation_id=conversation, **{"protocol": "fipa-request", **slots})
+    message = Message(
+        performative=performative,
+        sender=talker.name,
+        receiver="ginger",
+        sent_at_s=talker.air.clock.now_s(),
+        in_reply_to=reply,
+        body=act,
+    )
+    talker.air.send(message)
+    return message
+
+
+def told(message: Message) -> str:
+    assert isinstance(message.body, SpeechAct)
+    return message.body.content
+
+
+def test_a_robot_is_known_from_when_it_is_heard_with_what_it_says_that_it_can() -> None:
+    air, fred, ginger = pair()
+    assert fred.social.acquaintances.of("ginger") is None
+    fred.social.ask_abilities("ginger", within_s=10.0)
+    air.run_for(3.0)
+    known = fred.social.acquaintances.of("ginger")
+    assert known is not None
+    assert known.abilities == {"DOCK", "NAVIGATE"}
+    assert known.heard_s == 1.0
+    other = ginger.social.acquaintances.of("fred")
+    assert other is not None
+    assert other.abilities == frozenset()
+
+
+@pytest.mark.parametrize(
+    ("words", "slots", "reason"),
+    [
+        ("face(", {}, "column 6: expected a name, found the end"),
+        ("face(yard_2)", {"language": "klingon"}, "klingon"),
+        ("face(yard_2)", {"protocol": "fipa-auction"}, "fipa-contract-net"),
+        ("face(yard_2)", {}, "does not take request of 'face'; it takes wave"),
+        ("wave(yard_2)", {"performative": Performative.PROPOSE}, "is opened by request, not by propose"),
+    ],
+)
+def test_what_is_not_understood_is_answered_with_what_would_be(
+    words: str, slots: dict[str, str], reason: str
+) -> None:
+    air, fred, ginger = pair()
+    ginger.social.on(
+        Performative.REQUEST,
+        "wave",
+        lambda heard, robot: Reply(performative=Performative.AGREE, content=Term("wave")),
+    )
+    asked = say(fred, words, **slots)  # type: ignore[arg-type]
+    air.run_for(20.0)
+    assert len(air.sent) == 2, "a not-understood is not answered, or they would not come to an end"
+    answer = air.sent[1]
+    assert (answer.performative, answer.in_reply_to) == ("not-understood", asked.id)
+    assert reason in told(answer)
+
+
+def test_an_answer_that_does_not_follow_is_not_understood_and_changes_nothing() -> None:
+    air, fred, ginger = pair()
+    endings: list[Ending] = []
+    ginger.social.on(Performative.REQUEST, "wave", lambda heard, robot: None)
+    one = fred.social.say(
+        Performative.REQUEST, "ginger", Term("wave"), protocol=REQUEST, within_s=60, ended=endings.append
+    )
+    air.run_for(1.0)
+    wrong = Message(
+        performative=Performative.PROPOSE,
+        sender="ginger",
+        receiver="fred",
+        sent_at_s=0.0,
+        in_reply_to=air.sent[0].id,
+        body=SpeechAct(content="wave", protocol="fipa-request", conversation_id=one.id),
+    )
+    ginger.send(wrong)
+    air.run_for(1.0)
+    assert one.state == "requested"
+    assert "agree or refuse or inform or failure may" in told(air.sent[-1])
+    assert air.sent[-1].performative is Performative.NOT_UNDERSTOOD
+    assert "propose by the participant does not follow in fipa-request, which is requested" in told(
+        air.sent[-1]
+    )
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_request_is_handled_once_and_answered_whatever_the_radio_does(seed: int) -> None:
+    air, fred, ginger = pair(seed=seed, loss=0.4, longest_s=6.0, repeats=0.3)
+    handled: list[Heard] = []
+    endings: list[Ending] = []
+
+    def wave(heard: Heard, robot: object) -> Reply:
+        handled.append(heard)
+        return Reply(performative=Performative.INFORM, content=Term("waved", ("yard_2",)))
+
+    ginger.social.on(Performative.REQUEST, "wave", wave)
+    fred.social.say(
+        Performative.REQUEST, "ginger", Term("wave"), protocol=REQUEST, within_s=400, ended=endings.append
+    )
+    air.run_for(400.0)
+    (ending,) = endings
+    assert ending.state == "done"
+    assert ending.answer is not None
+    assert ending.answer.content == Term("waved", (Term("yard_2"),))
+    assert len(handled) == 1
+
+
+@pytest.mark.parametrize("protocol", [REQUEST, QUERY], ids=["request", "query"])
+def test_an_answer_that_does_not_come_in_time_ends_the_conversation(protocol: InteractionProtocol) -> None:
+    air, fred, _ = pair(loss=1.0)
+    endings: list[Ending] = []
+    (opens, *_) = protocol.opens
+    fred.social.say(opens, "ginger", Term("wave"), protocol=protocol, within_s=60, ended=endings.append)
+    air.run_for(59.0)
+    assert endings == []
+    air.run_for(2.0)
+    assert [(one.state, one.answer) for one in endings] == [(TIMED_OUT, None)]
+    said = len(air.sent)
+    air.run_for(60.0)
+    assert len(air.sent) == said
+
+
+def test_an_answer_to_a_conversation_before_a_restart_is_dropped() -> None:
+    air, fred, ginger = pair()
+    say(fred, "waved", Performative.INFORM, in_reply_to="long-ago")
+    air.run_for(5.0)
+    assert len(air.sent) == 1
+    assert not list(ginger.social.conversations)
