@@ -27,9 +27,12 @@ from robots.wire import (
     Factsheet,
     FactsheetAnswer,
     FailureCategory,
+    FaultReport,
     Message,
     Performative,
     Retune,
+    RuleSet,
+    RulesReport,
     ScriptReport,
     ScriptRequest,
     ScriptState,
@@ -100,6 +103,7 @@ class ContractRobot:
         """What the service last told of the factsheet."""
         self._runs: list[ScriptRun] = []
         """The current script first, then the one that supersedes it."""
+        self._faults: FaultReport | None = None
         self._begin(ContractMemory(robot=name, run=run or ""))
         memory = self._load()
         if memory is not None:
@@ -132,6 +136,10 @@ class ContractRobot:
             leaving.silence()
             self._runs = [leaving]
         self._changed = True
+
+    def report_faults(self, report: FaultReport) -> None:
+        """Report at the next tick what faults the robot has; kept until the service has it."""
+        self._faults = report
 
     def report_upkeep(self, report: UpkeepReport) -> None:
         """Report at the next tick what the robot did of itself; kept until the service has it."""
@@ -168,6 +176,7 @@ class ContractRobot:
         self._runs = []
         self._reports: list[ScriptReport] = []
         self._upkeep: list[UpkeepReport] = []
+        self._faults = None
         self._changed = False
 
     def _recall(self, memory: ContractMemory) -> None:
@@ -272,6 +281,9 @@ class ContractRobot:
             case Retune(version=version):
                 report = TuningReport(version=version, reason=f"{self.name} has no patterns to tune")
                 self._mailbox.answer(message, Performative.REFUSE, report, now_s)
+            case RuleSet(version=version):
+                followed = RulesReport(version=version, reason=f"{self.name} follows no rules")
+                self._mailbox.answer(message, Performative.REFUSE, followed, now_s)
             case SetPoint(driver=driver):
                 refusal = SetPointRefusal(
                     driver=driver, reason=f"{self.name} cannot be driven by an operator"
@@ -356,6 +368,9 @@ class ContractRobot:
         for upkeep in self._upkeep:
             self._mailbox.report(Performative.INFORM, upkeep, now_s)
         self._upkeep = []
+        if self._faults is not None:
+            self._mailbox.report(Performative.INFORM, self._faults, now_s)
+            self._faults = None
         if any(run.has_ended for run in self._runs):
             self._runs = [run for run in self._runs if not run.has_ended]
             self._changed = True

@@ -93,6 +93,18 @@ class SensingDriver(Protocol):
 
 
 @runtime_checkable
+class HoldingDriver(Protocol):
+    """A driver that keeps up what a packet has brought about until the script goes on or ends."""
+
+    def hold(self, step_s: float) -> Progress:
+        """Keep it up; called while the script's next packet waits. `FAILED` if that cannot be done.
+
+        :param step_s: since the last call.
+        """
+        ...
+
+
+@runtime_checkable
 class DriverMemory(Protocol):
     """A driver that has something to remember over restarts. It is saved before `start` and with each change."""
 

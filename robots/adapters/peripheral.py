@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from robots.adapters.contract_robot import ContractRobot
 from robots.adapters.driver import Progress, ProgressState
@@ -16,6 +16,8 @@ OPEN = "open"
 CLOSED = "closed"
 GOALS = {"OPEN": OPEN, "CLOSE": CLOSED}
 """Where a door's packets take it; a lift's go to their `level2`."""
+HELD_S = 30.0
+"""World seconds in which one that was moved by somebody else must be back where its script has it (our choice)."""
 
 
 class Mechanism(Protocol):
@@ -70,12 +72,13 @@ class PeripheralProfile:
 
 
 class PeripheralDriver:
-    """Carries the packets of a door, hatch or lift out. Implements `PacketDriver`."""
+    """Carries the packets of a door, hatch or lift out. Implements `PacketDriver`, `HoldingDriver`, `DriverMemory`."""
 
     def __init__(self, profile: PeripheralProfile, mechanism: Mechanism) -> None:
         self._profile = profile
         self._mechanism = mechanism
         self._wanted = ""
+        self._away_s = 0.0
         self._is_paused = False
         self._is_cancelled = False
 
@@ -108,6 +111,30 @@ class PeripheralDriver:
     def cancel(self) -> None:
         self._is_cancelled = True
         self._mechanism.stop()
+
+    def hold(self, step_s: float) -> Progress:
+        """Go back to where the last packet took it: others rely on that until the next one."""
+        perceived = self.perceived()
+        if self._wanted in ("", self._mechanism.state):
+            self._away_s = 0.0
+            return Progress(perceived=perceived)
+        self._away_s += step_s
+        self._mechanism.go_to(self._wanted)
+        fault = self._mechanism.fault
+        if not fault and self._away_s > HELD_S:
+            where = f"at {self._wanted}" if self._profile.levels else self._wanted
+            fault = f"it is no longer {where}, for {HELD_S:.0f} s"
+        return (
+            Progress(state=ProgressState.FAILED, detail=fault, perceived=perceived)
+            if fault
+            else Progress(perceived=perceived)
+        )
+
+    def memory(self) -> Mapping[str, Any]:
+        return {"wanted": self._wanted}
+
+    def recall(self, memory: Mapping[str, Any]) -> None:
+        self._wanted = memory.get("wanted", "")
 
     def perceived(self) -> tuple[SymbolicFact, ...]:
         """How it stands."""

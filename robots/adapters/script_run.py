@@ -6,7 +6,7 @@ interrupts, the memory says at least what the robot may have been told to do.
 
 from collections.abc import Iterable, Sequence
 
-from robots.adapters.driver import PacketDriver, Progress, ProgressState, SensingDriver
+from robots.adapters.driver import HoldingDriver, PacketDriver, Progress, ProgressState, SensingDriver
 from robots.adapters.memory import RunMemory, Stop
 from robots.contract.known_scripts import ENDED, ScriptStates
 from robots.wire import (
@@ -192,6 +192,12 @@ class ScriptRun:
             memory.state = PacketState.RUNNING
             self._was_begun = False
             return True
+        if memory.index > 0 and isinstance(self._driver, HoldingDriver):
+            held = self._driver.hold(step_s)
+            if held.state is ProgressState.FAILED:
+                self._perceived = held.perceived or ()
+                self._fail(held.category, held.detail, held.events, now_s)
+                return True
         memory.waited_s += step_s
         limit_s = self._packet.wait_timeout_s
         if memory.waited_s <= limit_s:

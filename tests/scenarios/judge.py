@@ -5,8 +5,8 @@ from pathlib import Path
 
 from app.cli import ground_truth
 from app.cli.ground_truth import holds
+from app.cli.trials.checks import RecordedReports, executed_twice, unfinished_goals, untrue_goals
 from app.store import Database, WorldRow
-from app.trials.checks import RecordedReports, executed_twice, unfinished_goals, untrue_goals
 from robots.world import load_world
 from sim.truth import Truth
 from tests.scenarios.witness import WORLD, Witness

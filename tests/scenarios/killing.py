@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from app.cli.trials.service_process import holder_of
 from app.planning.pool.process_tree import kill, tree_of
-from app.trials.service_process import holder_of
 
 
 def kill_family(pid: int) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import httpx2
 
-from app.trials.observer import event_numbers
+from app.cli.trials.observer import event_numbers
 from app.workflows.background import Background
 from examples.production import Running, Shape
 from tests.cluster import Cluster

@@ -10,7 +10,7 @@ import pytest
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
-from app.trials.offline_mission import Mission, goal_problem, organised_mission, plan_mission
+from app.cli.trials.offline_mission import Mission, goal_problem, organised_mission, plan_mission
 from benchmarks.errands import with_sample
 from planner import PlanningRequest
 from planner.engines.registry import portfolio

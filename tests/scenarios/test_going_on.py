@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from app.trials.checks import RecordedReports, executed_twice
+from app.cli.trials.checks import RecordedReports, executed_twice
 from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family
 

@@ -4,7 +4,7 @@ import pytest
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
-from app.trials.offline_mission import Mission, goal_problem, plan_mission
+from app.cli.trials.offline_mission import Mission, goal_problem, plan_mission
 from planner import PlanningRequest
 from planner.engines.registry import portfolio
 from robots.wire import ScriptState

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.trials.observer import EventFollower
+from app.cli.trials.observer import EventFollower
 from examples.production import Shape
 from tests.cluster import Cluster, own_cluster
 from tests.mosquitto import ACL, Mosquitto, mosquitto, needs_mosquitto

@@ -7,8 +7,8 @@ import pytest
 
 from app.cli.goal_input import parse_goals
 from app.cli.simulated_mission import simulate_mission
+from app.cli.trials.offline_mission import Mission, goal_problem, plan_mission
 from app.domain.world_model import initial_facts
-from app.trials.offline_mission import Mission, goal_problem, plan_mission
 from planner import PlanningRequest, load_knowledge_base
 from planner.engines.registry import engine_named
 from robots.wire import ScriptState

@@ -3,12 +3,7 @@
 It is a process of its own and speaks VDA 5050 2.0 by MQTT; nothing of it is changed.
 """
 
-import shutil
-import signal
-import subprocess
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,21 +11,12 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.planning.pool.pool import PlanningWorker
-from robots.adapters.vda5050.master import MasterControl
-from robots.adapters.vda5050.settings import Settings, places_of_world
-from robots.link.mqtt import Broker
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.services import AUTHORISED, over_broker
+from tests.scenarios.virtual_vehicle import VirtualVehicle, adapter, needs_node
 from tests.waiting import awaited, in_state, until
 
-FOLDER = Path(__file__).parent.parent / "third_party" / "vda5050"
-pytestmark = [
-    needs_mosquitto,
-    pytest.mark.skipif(
-        shutil.which("node") is None or not (FOLDER / "node_modules").is_dir(),
-        reason=f"no node, or not installed: npm install --prefix {FOLDER.relative_to(Path.cwd())}",
-    ),
-]
+pytestmark = [needs_mosquitto, needs_node]
 HALL = """
 name: hall
 compartments:
@@ -49,30 +35,6 @@ robots:  # a world has one at least; nobody speaks for this one
 samples:
   - {name: sample_1, at: bay_1}
 """
-LOAD = {"stationType": "floor", "loadType": "EPAL", "duration": 0.5}
-"""What this vehicle wants to know of a load."""
-
-
-class VirtualVehicle:
-    """The process."""
-
-    def __init__(self, broker: Mosquitto) -> None:
-        self._process = subprocess.Popen(
-            ["node", str(FOLDER / "vehicle.js"), broker.url, "AGV-7", "4", "3", "1"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self._process.stdout is not None
-        assert self._process.stdout.readline() == "ready\n"
-
-    def cut_off(self, is_cut: bool) -> None:
-        """It answers nothing more, so that the broker gives it up; or it goes on."""
-        self._process.send_signal(signal.SIGSTOP if is_cut else signal.SIGCONT)
-
-    def close(self) -> None:
-        self._process.kill()
-        self._process.communicate()
 
 
 @pytest.fixture
@@ -86,26 +48,6 @@ def vehicle(broker: Mosquitto) -> Iterator[VirtualVehicle]:
     vehicle = VirtualVehicle(broker)
     yield vehicle
     vehicle.close()
-
-
-@contextmanager
-def adapter(folder: Path, world: Path, broker: Mosquitto) -> Iterator[MasterControl]:
-    """The adapter, as `macta-robot vda5050` runs it."""
-    at = Broker.at(broker.url)
-    settings = Settings(
-        places=places_of_world(world), action_parameters={"pick": LOAD, "drop": LOAD}, versions=(2,)
-    )
-    control = MasterControl(settings, world="hall", vehicles_at=at, macta_at=at, folder=folder)
-    ends = threading.Event()
-    runs = threading.Thread(target=control.run, args=(ends,))
-    control.start()
-    runs.start()
-    try:
-        yield control
-    finally:
-        ends.set()
-        runs.join()
-        control.close()
 
 
 def ended(api: TestClient, text: str) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import httpx2
 
-from app.trials.observer import Observer
+from app.cli.trials.observer import Observer
 
 WORLD = "sample_store"
 DEADLINE_S = 5000.0

@@ -10,9 +10,9 @@ from pydantic import SecretStr
 
 from robots.adapters.contract_robot import ContractRobot
 from robots.adapters.ros2.driver import Ros2Driver
-from robots.adapters.ros2.parameters import ParameterError, Ros2Parameters, read_parameters
+from robots.adapters.ros2.parameters import ParameterError, PoseFrame, Ros2Parameters, read_parameters
 from robots.adapters.ros2.ros import Ros, RosError, load_ros, spin
-from robots.contract.memory_file import MemoryFile
+from robots.contract.memory_file import MemoryFile, counter_file
 from robots.errors import RobotError
 from robots.link.mqtt import Broker, BrokerError, RobotLink
 from robots.wire import Factsheet
@@ -47,9 +47,9 @@ def run(arguments: argparse.Namespace) -> int:
             certificate=arguments.certificate,
             key=arguments.key,
         )
-        ros = load_ros(f"macta_{parameters.robot}")
+        ros = load_ros(f"macta_{parameters.robot}", transforms=isinstance(parameters.pose, PoseFrame))
         _serve(ros, parameters, broker)
-    except (ParameterError, BrokerError, RosError, RobotError) as error:
+    except (ParameterError, BrokerError, RosError, RobotError, OSError, ValueError) as error:
         print(f"macta-robot ros2: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -58,7 +58,14 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _serve(ros: Ros, parameters: Ros2Parameters, broker: Broker) -> None:
-    link = RobotLink(parameters.world, [parameters.robot], broker)
+    key = _secret("MACTA_ROBOT_KEY")
+    link = RobotLink(
+        parameters.world,
+        [parameters.robot],
+        broker,
+        keys={parameters.robot: key.get_secret_value()} if key else {},
+        counters={parameters.robot: counter_file(parameters.memory)},
+    )
     robot = ContractRobot(
         parameters.robot,
         driver=Ros2Driver(ros, parameters, MonotonicClock()),

@@ -9,7 +9,7 @@ from robots.adapters.driver import Progress, ProgressState
 from robots.adapters.ros2.frames import PlanePose, heading_of, turned
 from robots.adapters.ros2.goal import ActionGoal, ActionServer
 from robots.adapters.ros2.goal_messages import goal_message
-from robots.adapters.ros2.parameters import PacketAction, Ros2Parameters
+from robots.adapters.ros2.parameters import PacketAction, PoseFrame, Ros2Parameters
 from robots.adapters.ros2.ros import Ros
 from robots.clock import Clock
 from robots.wire import BehaviourPacket, Telemetry
@@ -26,6 +26,7 @@ class Ros2Driver:
 
         :raises RosError: if a type of the parameters cannot be imported.
         """
+        self._ros = ros
         self._parameters = parameters
         self._clock = clock
         named = {(action.action, action.type) for action in parameters.packets.values()}
@@ -38,12 +39,12 @@ class Ros2Driver:
         self._pauses = False
         self._pose: PlanePose | None = None
         self._battery: Any = None
-        ros.node.create_subscription(
-            ros.type(parameters.pose.type), parameters.pose.topic, self._note_pose, 10
-        )
+        if not isinstance(parameters.pose, PoseFrame):
+            kind = ros.type(parameters.pose.type)
+            ros.node.create_subscription(kind, parameters.pose.topic, self._note_pose, ros.sensor_qos)
         if parameters.battery is not None:
             kind = ros.type(parameters.battery.type)
-            ros.node.create_subscription(kind, parameters.battery.topic, self._note_battery, 10)
+            ros.node.create_subscription(kind, parameters.battery.topic, self._note_battery, ros.sensor_qos)
 
     def memory(self) -> Mapping[str, Any]:
         if self._packet is None:
@@ -101,6 +102,8 @@ class Ros2Driver:
             self._goal.cancel()
 
     def telemetry(self) -> Telemetry | None:
+        if isinstance(self._parameters.pose, PoseFrame):
+            self._pose = self._looked_up(self._parameters.pose)
         if self._pose is None:
             return None
         battery = self._battery
@@ -145,9 +148,19 @@ class Ros2Driver:
     def _note_pose(self, message: Any) -> None:
         """Of PoseWithCovarianceStamped or Odometry: both have the pose at the same place."""
         pose = message.pose.pose
-        at = PlanePose(pose.position.x, pose.position.y, heading_of(pose.orientation))
+        self._pose = self._in_world(pose.position, pose.orientation)
+
+    def _looked_up(self, pose: PoseFrame) -> PlanePose | None:
+        """The robot's pose by `/tf`; None if no transform is known that is new enough."""
+        found = self._ros.transform(self._parameters.map_frame, pose.frame, max_age_s=pose.max_age_s)
+        return (
+            None if found is None else self._in_world(found.transform.translation, found.transform.rotation)
+        )
+
+    def _in_world(self, point: Any, orientation: Any) -> PlanePose:
         x_m, y_m, heading_deg = self._parameters.map_in_world
-        self._pose = turned(at, PlanePose(x_m, y_m, radians(heading_deg)))
+        at = PlanePose(point.x, point.y, heading_of(orientation))
+        return turned(at, PlanePose(x_m, y_m, radians(heading_deg)))
 
     def _note_battery(self, message: Any) -> None:
         self._battery = message

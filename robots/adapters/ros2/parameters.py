@@ -57,9 +57,17 @@ class Topic(Checked):
     type: str
 
 
+class PoseFrame(Checked):
+    """The robot's own frame in `/tf`. A transform that is older than `max_age_s` does not count."""
+
+    frame: str = "base_link"
+    max_age_s: float = Field(default=2.0, gt=0)
+
+
 class Ros2Parameters(Checked):
     """One robot. `map_in_world`: the pose of the map's origin in the world's frame, metres and degrees.
 
+    `pose`: a topic that has it, or the robot's frame in `/tf`.
     `speed_m_s`, `turn_rad_s`: what it says of itself. `server_timeout_s`: how long an action server may be away before
     its packet fails. `memory`: the file of its persistent memory.
     """
@@ -69,7 +77,7 @@ class Ros2Parameters(Checked):
     memory: Path
     map_frame: str = "map"
     map_in_world: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    pose: Topic = Topic(topic="amcl_pose", type="geometry_msgs/msg/PoseWithCovarianceStamped")
+    pose: Topic | PoseFrame = Topic(topic="amcl_pose", type="geometry_msgs/msg/PoseWithCovarianceStamped")
     battery: Topic | None = Topic(topic="battery_state", type="sensor_msgs/msg/BatteryState")
     speed_m_s: float = Field(default=0.5, gt=0)
     turn_rad_s: float = Field(default=1.0, gt=0)

@@ -106,8 +106,12 @@ def decode(vehicle: VehicleId, topic: Topic, payload: bytes) -> Headed:
 class Reader:
     """Reads what arrives on vehicles' topics; what is no message is dropped and counted."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self, on_malformed: Callable[[VehicleId, Topic], None] = lambda vehicle, topic: None
+    ) -> None:
+        """:param on_malformed: called for each that is dropped."""
         self._malformed = 0
+        self._on_malformed = on_malformed
 
     def read(self, publication: Publication) -> tuple[VehicleId, Headed] | None:
         """The vehicle and its message; None for what is dropped, and for what was taken back."""
@@ -119,6 +123,7 @@ class Reader:
             return vehicle, decode(vehicle, topic, publication.payload)
         except MessageError as error:
             self._malformed += 1
+            self._on_malformed(vehicle, topic)
             if str(self._malformed).strip("0") == "1":  # the first, the tenth, the hundredth …
                 logger.warning(
                     "dropped an invalid message on %s (%d so far): %s",

@@ -3,7 +3,7 @@
 With --vehicle the other way round: robots of a world without a service become vehicles of another master control.
 
 Credentials: MACTA_BROKER_USERNAME and MACTA_BROKER_PASSWORD for Macta's broker, VDA5050_BROKER_USERNAME and
-VDA5050_BROKER_PASSWORD for the vehicles', if that is another one.
+VDA5050_BROKER_PASSWORD for the vehicles', if that is another one. With --credentials each vehicle is a user of its own.
 """
 
 import argparse
@@ -41,6 +41,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ROBOT",
         help="a robot that becomes a vehicle of another master control; repeatable",
     )
+    parser.add_argument(
+        "--credentials",
+        type=Path,
+        metavar="FOLDER",
+        help="each vehicle's own at Macta's broker: files NAME.env, made by macta robot enrol NAME --out",
+    )
     parser.add_argument("--ca", type=Path, help="the authority's certificate, for mqtts://")
     parser.add_argument("-v", "--verbose", action="store_true", help="log what is found and done")
 
@@ -61,7 +67,9 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.vehicle:
             control = ForeignMaster(settings, arguments.vehicle, folder=arguments.memory, **ends)
         else:
-            control = MasterControl(settings, folder=arguments.memory, **ends)
+            control = MasterControl(
+                settings, folder=arguments.memory, credentials=arguments.credentials, **ends
+            )
         if not settings.places:
             logging.warning("no places are known: give --world-file or `places`, or no packet can be driven")
         _serve(control)

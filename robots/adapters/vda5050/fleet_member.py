@@ -11,8 +11,9 @@ from robots.adapters.vda5050.settings import Settings
 from robots.adapters.vda5050.topics import Topic, VehicleId
 from robots.adapters.vda5050.vehicle_driver import AWAY, VehicleDriver
 from robots.clock import Clock
-from robots.contract.memory_file import MemoryFile
-from robots.link.mqtt import Broker, ConnectionState, RobotLink
+from robots.contract.memory_file import MemoryFile, counter_file
+from robots.errors import RobotError
+from robots.link.mqtt import Broker, BrokerError, ConnectionState, RobotLink
 from robots.wire import Factsheet
 
 SHEET_S = 10.0
@@ -39,13 +40,15 @@ class FleetMember:
         send: Callable[[Topic, Headed], None],
         *,
         world: str,
-        broker: Broker,
+        broker: Callable[[], Broker],
+        key: Callable[[], str | None] = lambda: None,
         folder: Path,
     ) -> None:
         """
         :param clock: the wall clock.
         :param send: to the vehicle.
-        :param broker: Macta's.
+        :param broker: Macta's, for this robot; a `RobotError` is logged, and it is asked for again.
+        :param key: with which this robot signs, and the service its orders to it; asked for after `broker`.
         :param folder: where the robot's memory is kept.
         """
         self.name = name
@@ -54,13 +57,18 @@ class FleetMember:
         self._clock = clock
         self._world = world
         self._broker = broker
-        self._store = MemoryFile(folder / f"{name}.json")
+        self._key = key
+        memory = folder / f"{name}.json"
+        self._store = MemoryFile(memory)
+        self._counters = counter_file(memory)
         self._driver = VehicleDriver(name, vehicle, settings, clock, send)
         self._link: RobotLink | None = None
         self._robot: ContractRobot | None = None
         self._said: Factsheet | None = None
         self._read: VehicleFactsheet | None = None
         self._first_heard_s: float | None = None
+        self._refused_s = float("-inf")
+        self._refusal = ""
 
     @property
     def is_robot(self) -> bool:
@@ -85,6 +93,8 @@ class FleetMember:
             self._link.show(self.name, SHOWN[self._driver.connection])
         if self._link.run is not None:
             self._robot.enter_run(self._link.run)
+            if (faults := self._driver.changed_faults()) is not None:
+                self._robot.report_faults(faults.model_copy(update={"at_s": self._link.clock.now_s()}))
             self._robot.tick()
             self._driver.flush(is_saved=not self._robot.complaint)
         else:
@@ -105,15 +115,17 @@ class FleetMember:
             return
         if self._robot is not None and driver.factsheet is self._read:
             return
+        if self._link is None and (link := self._own_link()) is not None:
+            self._link = link
+            self._link.start()
+        if self._link is None:
+            return
         self._read = driver.factsheet
         said = robot_factsheet(driver.factsheet, self.vehicle, driver.pose, self._settings)
         if self._said is not None and said.content == self._said.content:
             return
         is_new = self._said is None
         self._said = said
-        if self._link is None:
-            self._link = RobotLink(self._world, [self.name], self._broker)
-            self._link.start()
         if not is_new:
             self._driver.forget()
         self._robot = ContractRobot(
@@ -127,3 +139,24 @@ class FleetMember:
             objection=driver.objection,
         )
         logger.info("%s is the robot %s; it can %s", self.vehicle, self.name, ", ".join(said.repertoire))
+
+    def _own_link(self) -> RobotLink | None:
+        """With the credentials of this robot; None if they cannot be used, tried again every `SHEET_S`."""
+        if self._clock.now_s() - self._refused_s < SHEET_S:
+            return None
+        try:
+            broker = self._broker()
+            key = self._key()
+            return RobotLink(
+                self._world,
+                [self.name],
+                broker,
+                keys={} if key is None else {self.name: key},
+                counters={self.name: self._counters},
+            )
+        except (RobotError, BrokerError, OSError, ValueError) as error:
+            self._refused_s = self._clock.now_s()
+            if str(error) != self._refusal:
+                self._refusal = str(error)
+                logger.warning("%s does not become the robot %s: %s", self.vehicle, self.name, error)
+            return None

@@ -45,17 +45,20 @@ class ForeignMaster:
         self._settings = settings
         self._folder = folder
         self._encoder = Encoder()
-        self._reader = Reader()
+        self._reader = Reader(self._drop)
         self._arrived: deque[Publication] = deque(maxlen=MAX_WAITING)
         self._heard: deque[tuple[str, Telemetry | ConnectionState]] = deque(maxlen=MAX_WAITING)
         self._link = ServiceLink(world, robots, macta_at)
         self._link.listen(self)
         clock = WallClock()
-        major = max(settings.versions)
+        major = max(settings.versions) if settings.states is None else int(settings.states[0])
         self._shown: dict[str, VehicleConnection] = {}
         self._ids = {
             name: VehicleId(manufacturer=MANUFACTURER, serial_number=name, major=major) for name in robots
         }
+        if settings.states is not None:
+            for vehicle in self._ids.values():
+                self._encoder.speak(vehicle, settings.states)
         self._sessions = {name: self._session(name, vehicles_at) for name in robots}
         self._vehicles = {
             name: RobotVehicle(
@@ -146,6 +149,10 @@ class ForeignMaster:
         vehicle, message = read
         if vehicle.serial_number in self._vehicles:
             self._vehicles[vehicle.serial_number].heard(message)
+
+    def _drop(self, vehicle: VehicleId, topic: Topic) -> None:
+        if vehicle.serial_number in self._vehicles:
+            self._vehicles[vehicle.serial_number].heard_no_message(topic)
 
     def _publish(self, name: str, topic: Topic, message: Headed) -> None:
         vehicle = self._ids[name]

@@ -9,6 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from robots.adapters.vda5050.codec import Encoder, Reader
+from robots.adapters.vda5050.credentials import broker_of, key_of
 from robots.adapters.vda5050.factsheets import robot_name
 from robots.adapters.vda5050.fleet_member import FleetMember
 from robots.adapters.vda5050.messages import Headed
@@ -49,16 +50,19 @@ class MasterControl:
         vehicles_at: Broker,
         macta_at: Broker,
         folder: Path,
+        credentials: Path | None = None,
         clock: Clock | None = None,
     ) -> None:
         """
         :param vehicles_at: the vehicles' broker, `macta_at` the service's; often the same.
         :param folder: where robots' memories are kept.
+        :param credentials: the folder with each robot's own at `macta_at`; None: all connect as `macta_at` says.
         """
         self._settings = settings
         self._world = world
         self._macta_at = macta_at
         self._folder = folder
+        self._credentials = credentials
         self._clock = clock if clock is not None else WallClock()
         self._encoder = Encoder()
         self._members: dict[VehicleId, FleetMember] = {}
@@ -146,10 +150,16 @@ class MasterControl:
             self._clock,
             lambda topic, message: self._send(vehicle, topic, message),
             world=self._world,
-            broker=self._macta_at,
+            broker=lambda: self._broker_of(name),
+            key=lambda: None if self._credentials is None else key_of(name, self._credentials),
             folder=self._folder,
         )
         return member
+
+    def _broker_of(self, robot: str) -> Broker:
+        if self._credentials is None:
+            return self._macta_at
+        return broker_of(robot, self._macta_at, self._credentials)
 
     def _why_pass_over(self, vehicle: VehicleId, name: str) -> str | None:
         if self._settings.only_listed and str(vehicle) not in self._settings.vehicles:

@@ -5,7 +5,7 @@ from math import dist
 from robots.adapters.vda5050.frame import Pose
 from robots.adapters.vda5050.messages import State
 from robots.adapters.vda5050.settings import Settings
-from robots.wire import SymbolicFact, Telemetry
+from robots.wire import FaultLevel, RobotFault, SymbolicFact, Telemetry
 
 NEAR_M = 0.5
 """A vehicle this close to the pose before a place is near it (our choice)."""
@@ -51,6 +51,26 @@ def telemetry_of(
         degraded=tuple(_troubles(state)),
         goal_m=None if goal is None else dist(pose[:2], goal[:2]),
     )
+
+
+MAX_FAULTS = 32
+
+
+def faults_of(state: State) -> tuple[RobotFault, ...]:
+    """The vehicle's errors in its own words, the gravest first, and its emergency stop."""
+    stop = state.safety_state.active_emergency_stop
+    faults = [
+        RobotFault(
+            level=FaultLevel(error.error_level.lower()),
+            type=error.error_type[:128],
+            text=(error.error_description or error.error_hint or "")[:1024],
+        )
+        for error in state.errors
+    ]
+    if stop != "NONE":
+        faults.append(RobotFault(level=FaultLevel.FATAL, type="emergency stop", text=stop[:1024]))
+    order = list(FaultLevel)
+    return tuple(sorted(faults, key=lambda one: -order.index(one.level))[:MAX_FAULTS])
 
 
 def _troubles(state: State) -> list[str]:

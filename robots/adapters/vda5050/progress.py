@@ -62,7 +62,10 @@ class LegProgress:
 
 
 def leg_progress(state: State, leg: Leg) -> LegProgress:
-    """How far a leg has come whose update the vehicle has accepted."""
+    """How far a leg has come whose update the vehicle has accepted.
+
+    Our choice: an action that a vehicle holds as retriable has failed: how to go on is the mission's to decide.
+    """
     statuses = {action.action_id: state.status_of(action.action_id) for action in leg.actions}
     is_there = state.last_node_sequence_id >= leg.end.sequence_id and not any(
         one.sequence_id <= leg.end.sequence_id for one in state.node_states
@@ -82,7 +85,7 @@ def leg_progress(state: State, leg: Leg) -> LegProgress:
 def _failure(state: State, leg: Leg) -> str | None:
     """Why a leg that is not done will not be; None if it may be."""
     for action in leg.actions:
-        if state.status_of(action.action_id) is ActionStatus.FAILED:
+        if state.status_of(action.action_id) in (ActionStatus.FAILED, ActionStatus.RETRIABLE):
             return f"{action.action_type} failed{_because(state, action.action_id)}"
     if (error := stopping_error(state, leg)) is not None:
         return error.words

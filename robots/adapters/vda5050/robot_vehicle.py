@@ -59,10 +59,16 @@ from robots.wire import (
 )
 
 SERVICE = "service"
+ACCELERATION_M_S2 = 1.0
+"""Of a robot that does not state its own."""
+BODY_M = 0.44
+"""Diameter of a rover's round body."""
 RESEND_S = 2.0
 STATE_S = 15.0
 """A state is published at least this often; the standard asks for 30 s."""
 VISUALIZATION_S = 0.5
+MAX_EARLY = 8
+"""Orders that are kept until it is known where the robot is, the newest ones."""
 STEP_S = 3600.0
 """The time limit of a step: the master control has none (§6.2.3, waitForTrigger), so it cancels what takes too long."""
 
@@ -114,6 +120,7 @@ class RobotVehicle:
         self._published_s = float("-inf")
         self._shown_s = float("-inf")
         self._asked: list[str] = []
+        self._early: list[Order] = []
         self._saved = ""
         self._orders = VehicleOrders(settings, self._frame, self._load())
 
@@ -133,14 +140,24 @@ class RobotVehicle:
 
     def heard(self, message: Headed) -> None:
         """Take a message of the master control."""
-        if isinstance(message, Order):
+        if isinstance(message, Order) and self.pose is None:
+            self._early = [*self._early, message][-MAX_EARLY:]
+        elif isinstance(message, Order):
             self._orders.take_order(message, self.pose[:2] if self.pose is not None else None)
         elif isinstance(message, InstantActions):
             self._asked += self._orders.take_instant(message)
 
+    def heard_no_message(self, topic: Topic) -> None:
+        """Note that what the master has sent is no message of its topic."""
+        if topic is Topic.ORDER:
+            self._orders.refuse_malformed()
+
     def told(self, telemetry: Telemetry) -> None:
-        """Take the robot's telemetry."""
+        """Take the robot's telemetry, and orders that came before the first one."""
         self._telemetry = telemetry
+        early, self._early = self._early, []
+        for order in early:
+            self.heard(order)
 
     def receive(self, message: Message) -> None:
         """Take a message of the robot, and confirm its reports."""
@@ -188,7 +205,12 @@ class RobotVehicle:
             self._controls += 1
         if self._controls:
             verb = ControlVerb.PAUSE if memory.paused else ControlVerb.RESUME
-            self._ask(f"{verb} {script_id} {self._controls}", Performative.REQUEST, self._control(verb))
+            key = f"{verb} {script_id} {self._controls}"
+            self._ask(key, Performative.REQUEST, self._control(verb))
+            if key in self._answered:
+                self._orders.confirm_pause()
+        else:
+            self._orders.confirm_pause()
         if memory.cancel_id:
             self._ask(f"cancel {script_id}", Performative.CANCEL, self._control(ControlVerb.CANCEL))
 
@@ -293,6 +315,7 @@ class RobotVehicle:
         sheet = self._sheet
         speed = sheet.speed_m_s if sheet is not None else self._settings.speed_m_s
         turn = sheet.turn_rad_s if sheet is not None else self._settings.turn_rad_s
+        ramps = sheet.body if sheet is not None and isinstance(sheet.body, dict) else {}
         nodes = [_supported(kind, "NODE") for kind in AT_NODES]
         return VehicleFactsheet(
             type_specification=TypeSpecification(
@@ -306,7 +329,12 @@ class RobotVehicle:
                 navigation_types=("FREELY_NAVIGATING",),
             ),
             physical_parameters=PhysicalParameters(
-                maximum_speed=speed * self._frame.scale, maximum_angular_speed=turn
+                maximum_speed=speed * self._frame.scale,
+                maximum_angular_speed=turn,
+                maximum_acceleration=ramps.get("acceleration_m_s2", ACCELERATION_M_S2) * self._frame.scale,
+                maximum_deceleration=ramps.get("acceleration_m_s2", ACCELERATION_M_S2) * self._frame.scale,
+                width=BODY_M * self._frame.scale,
+                length=BODY_M * self._frame.scale,
             ),
             protocol_limits=ProtocolLimits(timing=Timing(default_state_interval=STATE_S)),
             protocol_features=ProtocolFeatures(
@@ -327,7 +355,7 @@ class RobotVehicle:
             return None
         self._controls = saved.controls
         self._run = saved.run
-        self._told_paused = saved.orders.paused
+        self._told_paused = saved.controls % 2 == 1  # the first control of a script is a pause
         return saved.orders
 
     def _save(self) -> bool:

@@ -144,6 +144,7 @@ class Settings(Checked):
     `world_file`, a world file's `locations`, are added. `packets` replace or extend the known ones; `action_parameters`
     are added to every action of a type. `horizon`: whether vehicles are told what is planned beyond what is released.
     `vehicles` by `manufacturer/serial number`. `only_listed`: vehicles that are not listed are left alone.
+    `states`: the exact version that robots as vehicles state, for master controls that take no other.
     """
 
     interface: str = Field(default=INTERFACE, pattern=r"^[^/+#$]+$")
@@ -160,6 +161,7 @@ class Settings(Checked):
     turn_rad_s: float = Field(default=1.0, gt=0, le=6)
     vehicles: dict[str, VehicleSettings] = Field(default_factory=dict)
     only_listed: bool = False
+    states: str | None = Field(default=None, pattern=r"^[23]\.\d+\.\d+$")
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:

@@ -7,38 +7,30 @@ repetition is not done twice; after a restart the driver goes on with the same i
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
-
-from pydantic import Field
+from typing import Any
 
 from robots.adapters.driver import Progress, ProgressState
 from robots.adapters.vda5050.frame import Pose
+from robots.adapters.vda5050.instant_requests import RESEND_S, InstantRequests
 from robots.adapters.vda5050.messages import (
-    Action,
-    ActionParameter,
     ActionStatus,
-    BlockingType,
     Connection,
     ErrorLevel,
     Headed,
-    InstantActions,
     State,
     VehicleConnection,
     VehicleFactsheet,
     Visualization,
 )
 from robots.adapters.vda5050.orders import ORDER_PREFIX, Leg, OrderError, Route, fit_id, route, why_not
-from robots.adapters.vda5050.own_state import facts_of, telemetry_of
+from robots.adapters.vda5050.own_state import facts_of, faults_of, telemetry_of
 from robots.adapters.vda5050.progress import Stage, Standing, leg_progress, standing, stopping_error
 from robots.adapters.vda5050.settings import Settings
 from robots.adapters.vda5050.topics import Topic, VehicleId
+from robots.adapters.vda5050.vehicle_memory import VehicleMemory
 from robots.clock import Clock
-from robots.data import Memory
-from robots.wire import BehaviourPacket, BehaviourScript, Telemetry
+from robots.wire import BehaviourPacket, BehaviourScript, FaultReport, Telemetry
 
-RESEND_S = 2.0
-"""What the vehicle's state does not show is sent again after this time."""
 SILENCE_S = 35.0
 """A vehicle states itself every 30 s at least (§6.6); after this time it is asked to."""
 BUSY_SILENCE_S = 5.0
@@ -52,47 +44,12 @@ LATE_S = 15.0
 """A message that has not arrived by then is lost (our choice)."""
 LOST_S = 8.0
 """A vehicle that does not show its order for so long has lost it (our choice)."""
-OFTEN_ASKED = 5
+FAULTS_S = 1.0
+"""Changed faults are reported at most as often."""
 KEPT_SCRIPTS = 4
 AWAY = (VehicleConnection.OFFLINE, VehicleConnection.CONNECTION_BROKEN)
 
 logger = logging.getLogger(__name__)
-
-
-class VehicleMemory(Memory):
-    """What outlives a restart.
-
-    `scripts`: the newest that were accepted, for the horizon; `packet`: the one begun last, with its `outcome` and
-    `detail` once it has ended; `stop`: why it must end; `route`: the vehicle's order; `released`: its legs that the
-    vehicle knows, or may know, as released; `finished`: those that are done; `confirmed`: the vehicle has had it;
-    `attempts`: orders that were made for the script; `cancelling`: an order that the vehicle must give up; `requests`:
-    counts instant actions, for their ids; `paused`: what is asked for, None once the vehicle goes on again; `pause_id`:
-    the startPause that was sent last; `holding`: the object that was picked up last.
-    """
-
-    scripts: dict[str, BehaviourScript] = Field(default_factory=dict)
-    packet: BehaviourPacket | None = None
-    outcome: Literal["finished", "failed"] | None = None
-    detail: str = ""
-    stop: str | None = None
-    route: Route | None = None
-    released: int = 0
-    finished: int = 0
-    confirmed: bool = False
-    attempts: dict[str, int] = Field(default_factory=dict)
-    cancelling: str | None = None
-    requests: int = 0
-    paused: bool | None = None
-    pause_id: str = ""
-    holding: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Request:
-    """An instant action that is repeated until the vehicle shows its effect."""
-
-    action: Action
-    sent_s: float
 
 
 class VehicleDriver:
@@ -130,13 +87,11 @@ class VehicleDriver:
         self._connection_s = float("-inf")
         self._outdated: list[int] = []
         self._order_sent_s = float("-inf")
-        self._asked_s = float("-inf")
-        self._sheet_asked_s = float("-inf")
-        self._sheets_asked = 0
+        self._faults_s = float("-inf")
         self._unknown_s: float | None = None
         """Since when the vehicle's states do not show the order that it has confirmed."""
         self._resumed_s = clock.now_s()
-        self._requests: dict[str, _Request] = {}
+        self._requests = InstantRequests(vehicle, clock, self._post)
 
     # What the vehicle says
 
@@ -149,8 +104,10 @@ class VehicleDriver:
                 self._take_pose(message)
             case Connection(connection_state=connection):
                 if connection is not self.connection:
+                    if self.connection is VehicleConnection.HIBERNATING:
+                        self.state = None  # its order is cleared
                     self._outdated = []
-                    self._asked_s = float("-inf")
+                    self._requests.ask_anew()
                 self.connection = connection
                 self._connection_s = self._clock.now_s()
             case VehicleFactsheet():
@@ -168,7 +125,7 @@ class VehicleDriver:
         if self.connection in AWAY and self._heard_s - self._connection_s >= RESEND_S:
             self.connection = VehicleConnection.ONLINE
         if len(state.instant_action_states) >= CLEARED_AT and self._can("clearInstantActions"):
-            self._send_once("clearInstantActions")
+            self._requests.once("clearInstantActions")
 
     def _can(self, action: str) -> bool:
         known = self.factsheet.protocol_features.mobile_robot_actions if self.factsheet is not None else ()
@@ -231,7 +188,7 @@ class VehicleDriver:
         if self._memory.paused is not True:
             self._memory.paused = True
             self._memory.requests += 1
-            self._memory.pause_id = self._action_id("startPause")
+            self._memory.pause_id = self._requests.id_of("startPause", self._memory.requests)
             self._touch()
 
     def resume(self) -> None:
@@ -254,6 +211,19 @@ class VehicleDriver:
         return telemetry_of(
             self.state, self.pose, at_s=self._clock.now_s(), holding=self.holding, goal=goal_pose
         )
+
+    def changed_faults(self) -> FaultReport | None:
+        """The vehicle's faults if they are others than those reported before, at most once in `FAULTS_S`."""
+        now_s = self._clock.now_s()
+        if self.state is None or now_s - self._faults_s < FAULTS_S:
+            return None
+        faults = faults_of(self.state)
+        if faults == self._memory.faults:
+            return None
+        self._faults_s = now_s
+        self._memory.faults = faults
+        self._touch()
+        return FaultReport(at_s=now_s, faults=faults)
 
     @property
     def holding(self) -> str | None:
@@ -310,7 +280,7 @@ class VehicleDriver:
     def forget(self) -> None:
         """Be as after a restart, before `recall`; what the vehicle has said is kept."""
         self._memory = VehicleMemory()
-        self._requests = {}
+        self._requests.forget_all()
         self._order_sent_s = float("-inf")
         self._outbox = []
         self._touch()
@@ -338,13 +308,15 @@ class VehicleDriver:
 
     def advance(self) -> None:
         """Decide what to send; call it often."""
-        self._ask_for_factsheet()
-        if self.state is None or self._is_silent():
-            self._ask_for_state()
-        if self.state is None or self.connection in AWAY:
+        if self.connection is VehicleConnection.HIBERNATING:
+            if self._active is not None:  # it takes nothing else (§6.2.3.1)
+                self._request("stopHibernation")
             return
-        if self.connection is VehicleConnection.HIBERNATING and self._active is not None:
-            self._request("stopHibernation")
+        if self.factsheet is None:
+            self._requests.ask_for_factsheet()
+        if self.state is None or self._is_silent():
+            self._requests.ask_for_state()
+        if self.state is None or self.connection in AWAY:
             return
         self._keep_paused_or_not(self.state)
         if self._gives_up_orders(self.state):
@@ -385,7 +357,13 @@ class VehicleDriver:
             memory.confirmed = True
             self._touch()
         if memory.released <= wanted:
-            if self._may_go(packet, state):
+            if self._has_cleared_horizon(state):
+                logger.warning(
+                    "%s has cleared the order %s; it is given a new one", self.vehicle, current.order_id
+                )
+                memory.route = None
+                self._touch()
+            elif self._may_go(packet, state):
                 memory.released = wanted + 1
                 self._touch()
                 self._order_sent_s = float("-inf")
@@ -396,6 +374,10 @@ class VehicleDriver:
             self._finish(packet, wanted)
         elif progress.stage is Stage.FAILED:
             self._stop(progress.reason)
+
+    def _has_cleared_horizon(self, state: State) -> bool:
+        """True if the vehicle has cleared what is still ahead of its order, as it does before it hibernates."""
+        return self._settings.horizon and self._memory.released > 0 and state.is_idle
 
     def _make_route(self, packet: BehaviourPacket, state: State) -> bool:
         """Plan the order for this packet and those after it; False if that must wait, or failed."""
@@ -453,7 +435,7 @@ class VehicleDriver:
         now_s = self._clock.now_s()
         self._unknown_s = now_s if self._unknown_s is None else self._unknown_s
         if now_s - self._unknown_s < LOST_S or self._heard_s - self._unknown_s < LOST_S - RESEND_S:
-            self._ask_for_state()  # the state may be an old one that was on its way for long
+            self._requests.ask_for_state()  # the state may be an old one that was on its way for long
             return
         self._unknown_s = None
         if not state.is_idle:
@@ -508,7 +490,7 @@ class VehicleDriver:
             how, _ = standing(state, memory.route.order_id, memory.released)
             is_on_its_way = how in (Standing.UNKNOWN, Standing.OUTDATED)
             if is_on_its_way and self._heard_s < self._order_sent_s + RESEND_S:
-                self._ask_for_state()
+                self._requests.ask_for_state()
                 return
             leg = self.leg if how is Standing.ACCEPTED else None
             if leg is not None and leg_progress(state, leg).stage is Stage.DONE:
@@ -546,7 +528,7 @@ class VehicleDriver:
         if state.order_id != memory.cancelling or state.is_idle:
             memory.cancelling = None
             self._touch()
-            self._requests.pop("cancelOrder", None)
+            self._requests.forget("cancelOrder")
             return False
         self._request("cancelOrder", orderId=memory.cancelling)
         return True
@@ -567,8 +549,8 @@ class VehicleDriver:
         elif self._pause_is_over(state):
             self._memory.paused = None
             self._touch()
-            self._requests.pop("startPause", None)
-            self._requests.pop("stopPause", None)
+            self._requests.forget("startPause")
+            self._requests.forget("stopPause")
 
     def _pause_is_over(self, state: State) -> bool:
         """True if the startPause that was sent last is not still on its way."""
@@ -576,43 +558,19 @@ class VehicleDriver:
         return was_received or self._clock.now_s() - self._resumed_s >= LATE_S
 
     def _request(self, kind: str, *, action_id: str = "", **parameters: str) -> None:
-        """Send an instant action, at most every `RESEND_S`: with the same id until it has ended without effect.
+        """Ask for an instant action: again and again, with the same id until it has ended without effect.
 
         :param action_id: if it is another than that of the newest request.
         """
-        now_s = self._clock.now_s()
-        request = self._requests.get(kind)
-        if request is not None and now_s - request.sent_s < RESEND_S:
+        if not self._requests.is_due(kind):
             return
-        status = self.state.status_of(self._action_id(kind)) if self.state is not None else None
+        newest = self._requests.id_of(kind, self._memory.requests)
+        status = self.state.status_of(newest) if self.state is not None else None
         if not action_id and status is not None and status.has_ended:
             self._memory.requests += 1
             self._touch()
-        action = instant(kind, action_id or self._action_id(kind), **parameters)
-        self._requests[kind] = _Request(action, now_s)
-        self._post(Topic.INSTANT_ACTIONS, InstantActions(actions=(action,)))
-
-    def _action_id(self, kind: str) -> str:
-        return f"{ORDER_PREFIX}{kind}.{self.vehicle.serial_number}.{self._memory.requests}"
-
-    def _ask_for_state(self) -> None:
-        if self._clock.now_s() - self._asked_s >= RESEND_S:
-            self._asked_s = self._clock.now_s()
-            self._send_once("stateRequest")
-
-    def _ask_for_factsheet(self) -> None:
-        """Until it tells one that says something: often at first, then now and then."""
-        now_s = self._clock.now_s()
-        interval_s = RESEND_S if self._sheets_asked < OFTEN_ASKED else SILENCE_S
-        if self.factsheet is None and now_s - self._sheet_asked_s >= interval_s:
-            self._sheet_asked_s = now_s
-            self._sheets_asked += 1
-            self._send_once("factsheetRequest")
-
-    def _send_once(self, kind: str) -> None:
-        """A request without a trace in memory: its answer is a message."""
-        action_id = f"{ORDER_PREFIX}{kind}.{self.vehicle.serial_number}.at{self._clock.now_s():.3f}"
-        self._post(Topic.INSTANT_ACTIONS, InstantActions(actions=(instant(kind, action_id),)))
+        known = action_id or self._requests.id_of(kind, self._memory.requests)
+        self._requests.send(kind, known, **parameters)
 
     def _post(self, topic: Topic, message: Headed) -> None:
         self._outbox.append((topic, message))
@@ -625,13 +583,3 @@ class VehicleDriver:
 
     def _perceived(self) -> tuple[Any, ...]:
         return facts_of(self.robot, self.pose, self.holding, self._settings)
-
-
-def instant(kind: str, action_id: str, **parameters: str) -> Action:
-    """An instant action; its blocking type is always NONE (§6.2.1)."""
-    return Action(
-        action_type=kind,
-        action_id=action_id,
-        blocking_type=BlockingType.NONE,
-        action_parameters=tuple(ActionParameter(key=key, value=value) for key, value in parameters.items()),
-    )

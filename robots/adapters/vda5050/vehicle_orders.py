@@ -1,7 +1,8 @@
 """The vehicle's side of orders, for a robot that another master control drives: accepts them, and makes steps of them.
 
 By VDA 5050 3.0, §6.1 (orders), §6.2 (actions) and §6.6 (states). Pure: what a step is done with is told by its end.
-Actions of a node are carried out one after the other, whatever their blocking type.
+The robot has one body, so of a node's actions only those that wait for a trigger go on beside others, or beside
+driving, as their blocking types allow (§6.2.2).
 """
 
 from collections.abc import Mapping
@@ -15,6 +16,7 @@ from robots.adapters.vda5050.messages import (
     Action,
     ActionState,
     ActionStatus,
+    BlockingType,
     Edge,
     EdgeState,
     ErrorLevel,
@@ -27,6 +29,7 @@ from robots.adapters.vda5050.messages import (
     VehicleError,
 )
 from robots.adapters.vda5050.settings import Settings
+from robots.adapters.vda5050.topics import Topic
 from robots.data import Memory
 
 ON_NODE_M = 0.6
@@ -38,11 +41,23 @@ INSTANT = (
     "stateRequest",
     "factsheetRequest",
     "trigger",
+    "retry",
+    "skipRetry",
     "clearInstantActions",
 )
 """The instant actions that are supported."""
 AT_NODES: Mapping[str, str] = {"pick": "DOCK", "drop": "RELEASE2", "waitForTrigger": ""}
 """The actions that are supported at nodes, with the packet that carries each out."""
+
+ALONE = (BlockingType.SINGLE, BlockingType.HARD)
+"""No other action goes on beside one of these."""
+STANDING = (BlockingType.SOFT, BlockingType.HARD)
+"""The robot does not drive during one of these."""
+
+MAX_ERRORS = 32
+"""As many errors are reported, the newest ones."""
+MAX_ENDED = 100
+"""As many instant actions that have ended are known, the newest ones; a copy of an older one is done again."""
 
 Point = tuple[float, float]
 
@@ -54,15 +69,16 @@ class Step(Memory):
     kind: Literal["drive", "act"]
     tag: str
     arguments: dict[str, str]
-    action_id: str = ""
+    action: Action | None = None
 
 
 class OrdersMemory(Memory):
     """The whole state; it outlives restarts.
 
-    `nodes` and `edges`: those ahead; `queue`: the actions of the last node that are still to be done; `waiting`: the
-    one that waits for a trigger; `cancel_id`: the cancelOrder that is under way; `place`: where the robot was driven
-    last; `holding`: what it picked up.
+    `nodes` and `edges`: those ahead; `queue`: the actions of the last node that are still to be done; `waiting`: those
+    that wait for a trigger; `retriable`: one that has failed and may be tried again; `cancel_id`: the cancelOrder that
+    is under way; `paused`: what is asked for, `stands`: the robot does so, `pause_id`: the startPause or stopPause that
+    has not ended; `place`: where the robot was driven last; `holding`: what it picked up.
     """
 
     order: Order | None = None
@@ -74,12 +90,15 @@ class OrdersMemory(Memory):
     actions: dict[str, ActionState] = Field(default_factory=dict)
     instant: dict[str, ActionState] = Field(default_factory=dict)
     queue: list[Action] = Field(default_factory=list)
-    waiting: str = ""
+    waiting: list[Action] = Field(default_factory=list)
+    retriable: Action | None = None
     step: Step | None = None
     steps: int = 0
     is_cancelled: bool = False
     cancel_id: str = ""
     paused: bool = False
+    stands: bool = False
+    pause_id: str = ""
     errors: list[VehicleError] = Field(default_factory=list)
     place: str | None = None
     holding: str | None = None
@@ -116,10 +135,21 @@ class VehicleOrders:
             ),
             action_states=tuple(memory.actions.values()),
             instant_action_states=tuple(memory.instant.values()),
-            driving=memory.step is not None and memory.step.kind == "drive" and not memory.paused,
-            paused=memory.paused,
+            driving=self.is_driving and not memory.stands,
+            paused=memory.stands,
+            new_base_request=self._needs_base,
             errors=tuple(memory.errors),
         )
+
+    @property
+    def is_driving(self) -> bool:
+        return self.memory.step is not None and self.memory.step.kind == "drive"
+
+    @property
+    def _needs_base(self) -> bool:
+        """The robot is on its way to the decision point, or there, and nodes beyond it are planned."""
+        ahead = self.memory.nodes
+        return any(not one.released for one in ahead) and sum(one.released for one in ahead) <= 1
 
     # Orders
 
@@ -141,7 +171,9 @@ class VehicleOrders:
             if fault is None:
                 self._extend(order)
         if fault is not None:
-            self._note_error(fault, orderId=order.order_id, orderUpdateId=str(order.order_update_id))
+            self._note_error(
+                fault, topic=Topic.ORDER, orderId=order.order_id, orderUpdateId=str(order.order_update_id)
+            )
 
     def _fault(self, order: Order) -> str | None:
         """Why no vehicle of this kind can take the order."""
@@ -224,19 +256,46 @@ class VehicleOrders:
         for action in (action for node in nodes for action in node.actions):
             self._set(action.action_id, action.action_type, ActionStatus.WAITING)
 
+    def refuse_malformed(self) -> None:
+        """Note that what came as an order is none (§6.1.4.1)."""
+        self._note_error("VALIDATION_FAILURE", topic=Topic.ORDER)
+
     # Steps
 
     def next_step(self) -> Step | None:
         """What the robot is to do now; the same until it has ended. None if nothing, or paused."""
         memory = self.memory
-        while memory.step is None and not (memory.paused or memory.waiting or memory.is_cancelled):
-            if memory.queue:
+        while memory.step is None and not self._is_held:
+            if memory.queue and not self._must_wait(memory.queue[0]):
                 self._begin_action(memory.queue.pop(0))
-            elif memory.nodes and memory.nodes[0].released:
+            elif not memory.queue and memory.nodes and memory.nodes[0].released and not self._must_stand:
                 self._begin_drive(memory.nodes[0])
             else:
                 break
+        if memory.step is None:
+            self.confirm_pause()
         return memory.step
+
+    @property
+    def _is_held(self) -> bool:
+        memory = self.memory
+        return memory.paused or memory.is_cancelled or memory.retriable is not None
+
+    def _must_wait(self, action: Action) -> bool:
+        """Whether an action must not be begun before those that wait for a trigger have ended."""
+        going_on = [one.blocking_type for one in self.memory.waiting]
+        return bool(going_on) and (action.blocking_type in ALONE or any(one in ALONE for one in going_on))
+
+    @property
+    def _must_stand(self) -> bool:
+        return any(one.blocking_type in STANDING for one in self.memory.waiting)
+
+    def confirm_pause(self) -> None:
+        """The robot has been paused, or goes on, as it was asked to."""
+        memory = self.memory
+        memory.stands = memory.paused
+        self._end_instant(memory.pause_id, ActionStatus.FINISHED)
+        memory.pause_id = ""
 
     def end_step(self, failure: str | None) -> None:
         """:param failure: why the step has failed; None if it has been done."""
@@ -248,32 +307,46 @@ class VehicleOrders:
         if failure is None and step.kind == "drive":
             self._arrive()
         elif failure is None:
-            self._set(step.action_id, None, ActionStatus.FINISHED)
+            self._set_step(step, ActionStatus.FINISHED)
             memory.holding = step.arguments.get("object") if step.tag == "DOCK" else None
         elif memory.cancel_id:
             self._conclude_cancel()
+        elif step.action is not None and step.action.retriable:
+            memory.retriable = step.action
+            self._set_step(step, ActionStatus.RETRIABLE)
+            self._note_failure(step.action, failure, ErrorLevel.URGENT)
         else:
-            about = {"actionId": step.action_id} if step.action_id else {"nodeId": memory.nodes[0].node_id}
-            kind = "ACTION_FAILED" if step.action_id else "NODE_UNREACHABLE"
-            self._note_error(kind, ErrorLevel.CRITICAL, failure, **about)
-            if step.action_id:
-                self._set(step.action_id, None, ActionStatus.FAILED)
-            memory.paused = False
-            memory.is_cancelled = True  # only a cancelOrder or a new order helps
+            self._set_step(step, ActionStatus.FAILED)
+            if step.action is not None:
+                self._note_failure(step.action, failure)
+            else:
+                node = memory.nodes[0].node_id
+                self._note_error(
+                    "NODE_UNREACHABLE", ErrorLevel.CRITICAL, failure, topic=Topic.ORDER, nodeId=node
+                )
+            self._give_up()
         if memory.cancel_id and memory.step is None:
             self._conclude_cancel()
+
+    def _give_up(self) -> None:
+        """Do nothing more of the order: only a cancelOrder helps."""
+        self.memory.is_cancelled = True
+        self._begin_pause(paused=False)
+
+    def _note_failure(self, action: Action, words: str, level: ErrorLevel = ErrorLevel.CRITICAL) -> None:
+        self._note_error("ACTION_FAILED", level, words, topic=Topic.ORDER, actionId=action.action_id)
 
     def _begin_action(self, action: Action) -> None:
         memory = self.memory
         tag = AT_NODES[action.action_type]
         self._set(action.action_id, action.action_type, ActionStatus.RUNNING)
         if not tag:
-            memory.waiting = action.action_id
+            memory.waiting.append(action)
             return
         thing = str(action.parameter("loadId") or memory.holding or "")
         place = str(action.parameter("stationName") or memory.place or "")
         where = "ref1" if tag == "DOCK" else "ref2"
-        self._step("act", tag, {"object": thing, where: place}, action.action_id)
+        self._step("act", tag, {"object": thing, where: place}, action)
 
     def _begin_drive(self, node: Node) -> None:
         """Drive on, unless the robot is there: nodes may follow each other at the same place."""
@@ -293,11 +366,15 @@ class VehicleOrders:
             self._step("drive", "NAVIGATE", goal)
 
     def _step(
-        self, kind: Literal["drive", "act"], tag: str, arguments: dict[str, str], action: str = ""
+        self,
+        kind: Literal["drive", "act"],
+        tag: str,
+        arguments: dict[str, str],
+        action: Action | None = None,
     ) -> None:
         memory = self.memory
         memory.steps += 1
-        memory.step = Step(number=memory.steps, kind=kind, tag=tag, arguments=arguments, action_id=action)
+        memory.step = Step(number=memory.steps, kind=kind, tag=tag, arguments=arguments, action=action)
 
     def _goal(self, node: Node) -> dict[str, str] | None:
         """The arguments of a packet that drives to a node: a place by name or position, else a point; None for none."""
@@ -334,30 +411,65 @@ class VehicleOrders:
         memory = self.memory
         done = ActionStatus.FINISHED
         match action.action_type:
-            case "startPause":
-                memory.paused = True
-            case "stopPause":
-                memory.paused = False
+            case "startPause" | "stopPause":
+                self._begin_pause(paused=action.action_type == "startPause")
+                memory.pause_id = action.action_id
+                done = ActionStatus.RUNNING
             case "cancelOrder":
                 done = self._cancel(action)
             case "trigger":
                 done = self._trigger()
+            case "retry" | "skipRetry":
+                done = self._retry(action, skips=action.action_type == "skipRetry")
             case "clearInstantActions":
                 memory.instant = {k: v for k, v in memory.instant.items() if not v.action_status.has_ended}
             case "stateRequest" | "factsheetRequest":
                 pass
             case _:
                 done = ActionStatus.FAILED
-                self._note_error("INVALID_INSTANT_ACTION", actionId=action.action_id)
+                self._note_error(
+                    "INVALID_INSTANT_ACTION", topic=Topic.INSTANT_ACTIONS, actionId=action.action_id
+                )
         state = ActionState(action_id=action.action_id, action_type=action.action_type, action_status=done)
         memory.instant[action.action_id] = state
+        ended = [key for key, one in memory.instant.items() if one.action_status.has_ended]
+        for key in ended[:-MAX_ENDED]:
+            del memory.instant[key]
+
+    def _begin_pause(self, *, paused: bool) -> None:
+        """Ask for a pause or its end; what was asked for before has failed if it has not ended."""
+        self._end_instant(self.memory.pause_id, ActionStatus.FAILED)
+        self.memory.pause_id = ""
+        self.memory.paused = paused
+
+    def _end_instant(self, action_id: str, status: ActionStatus) -> None:
+        known = self.memory.instant.get(action_id)
+        if known is not None:
+            self.memory.instant[action_id] = known.model_copy(update={"action_status": status})
 
     def _trigger(self) -> ActionStatus:
+        """What waits for a trigger has ended."""
         memory = self.memory
         if not memory.waiting:
             return ActionStatus.FAILED
-        self._set(memory.waiting, None, ActionStatus.FINISHED)
-        memory.waiting = ""
+        for action in memory.waiting:
+            self._set(action.action_id, None, ActionStatus.FINISHED)
+        memory.waiting = []
+        return ActionStatus.FINISHED
+
+    def _retry(self, action: Action, *, skips: bool) -> ActionStatus:
+        """Do the failed action again, or go on without it."""
+        memory = self.memory
+        failed = memory.retriable
+        if failed is None or action.parameter("actionId") != failed.action_id:
+            self._note_error("INVALID_INSTANT_ACTION", topic=Topic.INSTANT_ACTIONS, actionId=action.action_id)
+            return ActionStatus.FAILED
+        memory.retriable = None
+        memory.errors = [one for one in memory.errors if one.reference("actionId") != failed.action_id]
+        if skips:
+            self._set(failed.action_id, None, ActionStatus.FAILED)
+        else:
+            memory.queue.insert(0, failed)
         return ActionStatus.FINISHED
 
     def _cancel(self, action: Action) -> ActionStatus:
@@ -365,10 +477,10 @@ class VehicleOrders:
         wanted = action.parameter("orderId")
         is_other = memory.order is None or wanted not in (None, memory.order.order_id)
         if is_other or self.is_idle or memory.cancel_id:
-            self._note_error("NO_ORDER_TO_CANCEL", actionId=action.action_id)
+            self._note_error("NO_ORDER_TO_CANCEL", topic=Topic.INSTANT_ACTIONS, actionId=action.action_id)
             return ActionStatus.FAILED
         memory.is_cancelled = True
-        memory.paused = False
+        self._begin_pause(paused=False)
         if memory.step is None:
             self._clear()
             return ActionStatus.FINISHED
@@ -378,10 +490,7 @@ class VehicleOrders:
     def _conclude_cancel(self) -> None:
         """The robot stands: the order is given up."""
         memory = self.memory
-        state = memory.instant.get(memory.cancel_id)
-        if state is not None:
-            update = {"action_status": ActionStatus.FINISHED}
-            memory.instant[memory.cancel_id] = state.model_copy(update=update)
+        self._end_instant(memory.cancel_id, ActionStatus.FINISHED)
         memory.cancel_id = ""
         self._clear()
 
@@ -396,11 +505,16 @@ class VehicleOrders:
         memory.nodes = []
         memory.edges = []
         memory.queue = []
-        memory.waiting = ""
+        memory.waiting = []
+        memory.retriable = None
         memory.place = None
         for one in list(memory.actions.values()):
             if not one.action_status.has_ended:
                 self._set(one.action_id, None, ActionStatus.FAILED)
+
+    def _set_step(self, step: Step, status: ActionStatus) -> None:
+        if step.action is not None:
+            self._set(step.action.action_id, None, status)
 
     def _set(self, action_id: str, kind: str | None, status: ActionStatus) -> None:
         known = self.memory.actions.get(action_id)
@@ -422,7 +536,7 @@ class VehicleOrders:
             error_description=words or None,
         )
         if error not in self.memory.errors:
-            self.memory.errors.append(error)
+            self.memory.errors = [*self.memory.errors, error][-MAX_ERRORS:]
 
 
 def _as_headed(order: Order, other: Order) -> Order:

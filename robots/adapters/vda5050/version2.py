@@ -59,6 +59,19 @@ _NAVIGATION = {"AUTONOMOUS": "FREELY_NAVIGATING"}
 _MODES = {"TEACHIN": "TEACH_IN"}
 _MODES_BACK = {"TEACH_IN": "TEACHIN", "STARTUP": "SERVICE", "INTERVENED": "MANUAL"}
 _LEVELS_BACK = {"URGENT": "WARNING", "CRITICAL": "FATAL"}
+_ERRORS_BACK = {
+    "VALIDATION_FAILURE": "validationError",
+    "INVALID_ORDER": "orderError",
+    "INVALID_ORDER_ACTION": "orderError",
+    "OTHER_ORDER_ACTIVE": "orderError",
+    "START_NODE_OUT_OF_RANGE": "orderError",
+    "OUTDATED_ORDER_UPDATE": "orderUpdateError",
+    "SAME_ORDER_UPDATE_ID": "orderUpdateError",
+    "ORDER_UPDATE_FOLLOWING_CANCEL": "orderUpdateError",
+    "NO_ROUTE_TO_TARGET": "noRouteError",
+    "NO_ORDER_TO_CANCEL": "noOrderToCancel",
+}
+"""Types of errors that 2.x names otherwise."""
 _STOPS = {"AUTOACK": "MANUAL"}
 _CONNECTIONS = {"CONNECTIONBROKEN": "CONNECTION_BROKEN"}
 _CONNECTIONS_BACK = {"CONNECTION_BROKEN": "CONNECTIONBROKEN", "HIBERNATING": "ONLINE"}
@@ -273,8 +286,13 @@ def _state_written(state: Json) -> Json:
         lambda one: _mapped(_renamed(one, _back(_ACTION_STATE)), "actionStatus", _STATUS_BACK),
     )
     _each(now, "information", lambda one: _renamed(one, _back(_INFO)))
-    _each(now, "errors", lambda one: _mapped(dict(one), "errorLevel", _LEVELS_BACK))
+    _each(now, "errors", _error_written)
     return _mapped(now, "operatingMode", _MODES_BACK)
+
+
+def _error_written(error: Json) -> Json:
+    now = _mapped(dict(error), "errorLevel", _LEVELS_BACK)
+    return _mapped(now, "errorType", _ERRORS_BACK)
 
 
 def _visualization_read(message: Json) -> Json:

@@ -221,3 +221,39 @@ def test_a_lift_goes_to_the_level_and_refuses_one_that_it_has_not() -> None:
     other.order(packet(1, "MOVE_TO_LEVEL", level2="attic"))
     other.run(1.0)
     assert any(isinstance(one.body, Refusal) and "attic" in one.body.reason for one in other.heard)
+
+
+def test_a_door_that_is_shut_by_hand_while_others_go_through_opens_again() -> None:
+    door = Rig()
+    door.order(packet(1, "OPEN"), packet(2, "CLOSE", "a7"))
+    door.run(5.0)
+    door.mechanism.state = CLOSED
+    door.mechanism.wanted = ""
+    door.run(4.0)
+    assert door.mechanism.state == OPEN
+    assert door.ended == []
+
+
+def test_a_door_that_does_not_stay_open_fails_before_it_is_cleared_to_close() -> None:
+    door = Rig()
+    door.order(packet(1, "OPEN"), packet(2, "CLOSE", "a7"))
+    door.run(5.0)
+    door.start()  # it remembers what it is to hold
+    door.mechanism.state = CLOSED
+    door.mechanism.fault = "it does not stay open"
+    door.run(1.0)
+    assert door.ended[-1].state is ScriptState.FAILED
+    assert door.ended[-1].detail == "CLOSE it does not stay open"
+    assert [str(one) for one in door.ended[-1].perceived] == ["closed(gate)"]
+
+
+def test_a_door_that_is_not_back_in_time_fails() -> None:
+    door = Rig()
+    door.order(packet(1, "OPEN"), packet(2, "CLOSE", "a7"))
+    door.run(5.0)
+    door.mechanism.state = CLOSED
+    door.mechanism.takes_s = 1000.0
+    door.run(29.0)
+    assert door.ended == []
+    door.run(2.0)
+    assert door.ended[-1].detail == "CLOSE it is no longer open, for 30 s"

@@ -1,6 +1,6 @@
-"""ROS 2 as the adapter meets it: futures, action servers that accept, reject, abort, forget and die, and messages.
+"""ROS 2 as the adapter meets it: futures, transforms, and action servers that accept, reject, abort, forget and die.
 
-Types have the fields of Humble and Jazzy; a field that a type does not have cannot be set, as in ROS 2.
+Messages have the fields of Humble's or Jazzy's definitions (`definitions`).
 """
 
 from collections.abc import Callable
@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from robots.adapters.ros2.ros import Ros, RosError
+from tests.robots.adapters.ros2.definitions import MESSAGES, Distribution, Message, actions, message
 
 
 class Future:
@@ -29,46 +30,12 @@ class Future:
         self._done = True
 
 
-class Message:
-    """A message with these fields and no others."""
-
-    def __init__(self, **fields: Any) -> None:
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name not in self.__dict__:
-            raise AttributeError(f"the message has no field {name}")
-        object.__setattr__(self, name, value)
-
-
 def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0, w: float = 1.0) -> Message:
-    return Message(position=Message(x=x, y=y, z=0.0), orientation=Message(x=0.0, y=0.0, z=z, w=w))
-
-
-def stamped() -> Message:
-    return Message(header=Message(stamp=None, frame_id=""), pose=pose())
-
-
-GOALS: dict[str, Callable[[], Message]] = {
-    "nav2_msgs/action/NavigateToPose": lambda: Message(pose=stamped(), behavior_tree=""),
-    "nav2_msgs/action/DockRobot": lambda: Message(
-        use_dock_id=True,
-        dock_id="",
-        dock_pose=stamped(),
-        dock_type="",
-        max_staging_time=1000.0,
-        navigate_to_staging_pose=True,
-    ),
-    "my_robot_interfaces/action/CarryOutPacket": lambda: Message(
-        packet_id="", tag="", argument_names=[], argument_values=[], timeout_s=0.0
-    ),
-}
-RESULTS: dict[str, Callable[[], Message]] = {
-    "nav2_msgs/action/NavigateToPose": lambda: Message(error_code=0, error_msg=""),
-    "nav2_msgs/action/DockRobot": lambda: Message(success=True, error_code=0, num_retries=0),
-    "my_robot_interfaces/action/CarryOutPacket": lambda: Message(success=True, reason="", perceived=[]),
-}
+    return message(
+        "geometry_msgs/msg/Pose",
+        position=message("geometry_msgs/msg/Point", x=x, y=y),
+        orientation=message("geometry_msgs/msg/Quaternion", z=z, w=w),
+    )
 
 
 @dataclass
@@ -76,6 +43,7 @@ class Server:
     """An action server. It outlives the adapter's process, unless it is restarted itself."""
 
     type_name: str
+    distribution: Distribution = Distribution.JAZZY
     available: bool = True
     accepts: bool = True
     answers: bool = True
@@ -87,6 +55,10 @@ class Server:
     waiting: dict[bytes, list[Future]] = field(default_factory=dict)
     feedback: Callable[[Any], None] | None = None
     cancels: int = 0
+
+    def made(self, part: str, **fields: Any) -> Message:
+        """A goal, result or feedback of this action."""
+        return Message(actions(self.distribution)[self.type_name][part], **fields)
 
     def send(self, goal: Message, goal_id: bytes) -> Future:
         """As rclpy's server does, it rejects an id that it knows."""
@@ -106,7 +78,7 @@ class Server:
         if not self.available:
             return answer
         if goal_id not in self.goals:
-            answer.set_result(SimpleNamespace(status=0, result=RESULTS[self.type_name]()))
+            answer.set_result(SimpleNamespace(status=0, result=self.made("Result")))
         elif goal_id in self.results:
             answer.set_result(SimpleNamespace(status=self.status[goal_id], result=self.results[goal_id]))
         else:
@@ -125,13 +97,15 @@ class Server:
     def end(self, status: int = 4, goal_id: bytes | None = None, **fields: Any) -> None:
         """The goal ends: 4 succeeded, 5 cancelled, 6 aborted; the newest if no id is given."""
         key = goal_id or list(self.goals)[-1]
-        result = RESULTS[self.type_name]()
-        for name, value in fields.items():
-            setattr(result, name, value)
+        result = self.made("Result", **({"success": status == 4} | fields if self.tells_success else fields))
         self.status[key] = status
         self.results[key] = result
         for future in self.waiting.pop(key, []):
             future.set_result(SimpleNamespace(status=status, result=result))
+
+    @property
+    def tells_success(self) -> bool:
+        return "success" in actions(self.distribution)[self.type_name]["Result"]
 
     def restart(self) -> None:
         """It forgets its goals."""
@@ -142,29 +116,57 @@ class Server:
 
     def feed_back(self, **fields: Any) -> None:
         assert self.feedback is not None
-        self.feedback(SimpleNamespace(feedback=SimpleNamespace(**fields)))
+        self.feedback(SimpleNamespace(feedback=self.made("Feedback", **fields)))
 
 
+class TransformError(Exception):
+    """tf2_ros.TransformException."""
+
+
+@dataclass
+class Buffer:
+    """A tf2_ros.Buffer. `known`: transforms by target and source."""
+
+    known: dict[tuple[str, str], Message] = field(default_factory=dict)
+
+    def lookup_transform(self, target: str, source: str, time: Any) -> Message:
+        assert time == 0, "the newest one is asked for"
+        if (target, source) not in self.known:
+            raise TransformError(f"{target} and {source} are not connected")
+        return self.known[target, source]
+
+
+@dataclass(frozen=True, slots=True)
 class FakeRos(Ros):
     """Everything that the adapter imports of ROS 2. Action servers are made before it, and shared by all of a test."""
 
+    distribution: Distribution = Distribution.JAZZY
+
     def type(self, name: str) -> Any:
-        if name in GOALS:
-            request = lambda: SimpleNamespace(goal_id=None)  # noqa: E731
+        known = actions(self.distribution)
+        if name in known:
+            request = lambda: Message({"goal_id": "unique_identifier_msgs/msg/UUID"})  # noqa: E731
             services = SimpleNamespace(GetResultService=SimpleNamespace(Request=request))
-            return SimpleNamespace(Goal=GOALS[name], Impl=services, name=name)
-        if name.split("/", maxsplit=1)[0] in ("geometry_msgs", "sensor_msgs", "nav_msgs"):
+            return SimpleNamespace(Goal=lambda: Message(known[name]["Goal"]), Impl=services, name=name)
+        if name in MESSAGES:
             return name
         raise RosError(f"the ROS 2 type {name} cannot be imported")
 
 
 class Node:
-    def __init__(self, servers: dict[str, Server]) -> None:
+    def __init__(self, servers: dict[str, Server], seconds: Callable[[], float]) -> None:
         self._servers = servers
+        self._seconds = seconds
         self.subscriptions: dict[str, Callable[[Any], None]] = {}
 
-    def create_subscription(self, kind: Any, topic: str, callback: Callable[[Any], None], depth: int) -> None:
+    def create_subscription(self, kind: str, topic: str, callback: Callable[[Any], None], qos: Any) -> None:
+        assert kind in MESSAGES
+        assert qos == "sensor data", "a reliable subscription hears no best-effort publisher"
         self.subscriptions[topic] = callback
+
+    def get_clock(self) -> Any:
+        nanoseconds = round(self._seconds() * 1e9)
+        return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=nanoseconds))
 
     def create_client(self, kind: Any, name: str) -> Any:
         action, _, service = name.partition("/_action/")
@@ -177,8 +179,9 @@ class Node:
         )
 
 
-def fake_ros(servers: dict[str, Server]) -> tuple[FakeRos, Node]:
-    node = Node(servers)
+def fake_ros(servers: dict[str, Server], seconds: Callable[[], float]) -> tuple[FakeRos, Node]:
+    """:param seconds: of the node's clock."""
+    node = Node(servers, seconds)
 
     class Client:
         def __init__(self, node: Any, kind: Any, name: str) -> None:
@@ -192,13 +195,16 @@ def fake_ros(servers: dict[str, Server]) -> tuple[FakeRos, Node]:
             self._server.feedback = feedback_callback
             return self._server.send(goal, bytes(goal_uuid.uuid))
 
-    cancel_goal = SimpleNamespace(
-        Request=lambda: SimpleNamespace(goal_info=SimpleNamespace(goal_id=None, stamp=None))
-    )
+    distribution = next(iter(servers.values())).distribution
     ros = FakeRos(
         node=node,
         action_client=Client,
-        cancel_goal=cancel_goal,
-        uuid=lambda uuid: SimpleNamespace(uuid=uuid),
+        cancel_goal=SimpleNamespace(Request=lambda: message("action_msgs/srv/CancelGoal_Request")),
+        uuid=lambda uuid: message("unique_identifier_msgs/msg/UUID", uuid=uuid),
+        sensor_qos="sensor data",
+        buffer=Buffer(),
+        newest=0,
+        transform_error=TransformError,
+        distribution=distribution,
     )
     return ros, node

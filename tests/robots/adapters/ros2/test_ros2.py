@@ -3,7 +3,6 @@
 import argparse
 from math import cos, pi, sin
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,7 +14,7 @@ from robots.adapters.command_line import main
 from robots.adapters.ros2.command import run
 from robots.adapters.ros2.driver import Ros2Driver
 from robots.adapters.ros2.frames import PlanePose, heading_of, turned, turned_back
-from robots.adapters.ros2.parameters import ParameterError, read_parameters
+from robots.adapters.ros2.parameters import ParameterError, PoseFrame, Ros2Parameters, read_parameters
 from robots.adapters.ros2.ros import RosError, load_ros
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
@@ -30,7 +29,19 @@ from robots.wire import (
     ScriptState,
 )
 from tests.robots.adapters.foreign_robot import STEP_S, Flash, Service, fact, packet, script
-from tests.robots.adapters.ros2.fake_ros import Message, Server, fake_ros, pose
+from tests.robots.adapters.ros2.definitions import (
+    CARRY_OUT,
+    CARRYING,
+    Distribution,
+    message,
+)
+from tests.robots.adapters.ros2.definitions import (
+    DOCK as DOCKS,
+)
+from tests.robots.adapters.ros2.definitions import (
+    NAVIGATE as NAVIGATES,
+)
+from tests.robots.adapters.ros2.fake_ros import Server, fake_ros, pose
 
 EXAMPLE = Path(__file__).parents[4] / "examples" / "ros2" / "robot.yaml"
 PARAMETERS = read_parameters(EXAMPLE)
@@ -42,12 +53,15 @@ RELEASE = packet("a3", "RELEASE2", object="sample_1", ref2="bay_1")
 class Stage:
     """The adapter beside three action servers, which outlive it."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self, parameters: Ros2Parameters = PARAMETERS, distribution: Distribution = Distribution.JAZZY
+    ) -> None:
         self.clock = ManualClock()
+        self.parameters = parameters
         self.servers = {
-            "navigate_to_pose": Server("nav2_msgs/action/NavigateToPose"),
-            "dock_robot": Server("nav2_msgs/action/DockRobot"),
-            "carry_out_packet": Server("my_robot_interfaces/action/CarryOutPacket"),
+            "navigate_to_pose": Server(NAVIGATES, distribution),
+            "dock_robot": Server(DOCKS[distribution], distribution),
+            "carry_out_packet": Server(CARRY_OUT, distribution),
         }
         self.navigation = self.servers["navigate_to_pose"]
         self.docking = self.servers["dock_robot"]
@@ -58,11 +72,11 @@ class Stage:
         self.restart()
 
     def restart(self) -> None:
-        ros, self.node = fake_ros(self.servers)
+        self.ros, self.node = fake_ros(self.servers, self.clock.now_s)
         self.robot = ContractRobot(
             "carl",
-            driver=Ros2Driver(ros, PARAMETERS, self.clock),
-            packets=PARAMETERS.forms,
+            driver=Ros2Driver(self.ros, self.parameters, self.clock),
+            packets=self.parameters.forms,
             link=self._theirs,
             clock=self.clock,
             store=self.flash,
@@ -92,8 +106,15 @@ class Stage:
         return end.detail
 
 
-def test_packets_are_carried_out_by_the_actions_of_the_parameter_file() -> None:
-    stage = Stage()
+def parameters_for(distribution: Distribution) -> Ros2Parameters:
+    """The example's, with the type that DockRobot has there."""
+    dock = PARAMETERS.packets["DOCK"].model_copy(update={"type": DOCKS[distribution]})
+    return PARAMETERS.model_copy(update={"packets": PARAMETERS.packets | {"DOCK": dock}})
+
+
+@pytest.mark.parametrize("distribution", list(Distribution))
+def test_packets_are_carried_out_by_the_actions_of_the_parameter_file(distribution: Distribution) -> None:
+    stage = Stage(parameters_for(distribution), distribution)
     stage.order(NAVIGATE, DOCK, RELEASE)
     (goal,) = stage.navigation.begun
     assert goal.pose.header.frame_id == "map"
@@ -278,8 +299,13 @@ def test_pose_and_battery_become_telemetry_in_the_worlds_frame() -> None:
     stage.run_for(1)
     assert stage.service.telemetry == []
     quarter = pose(x=4.0, y=0.3, z=sin(pi / 4), w=cos(pi / 4))
-    stage.node.subscriptions["amcl_pose"](Message(pose=SimpleNamespace(pose=quarter, covariance=[0.0] * 36)))
-    stage.node.subscriptions["battery_state"](Message(percentage=0.4, power_supply_status=1))
+    estimated = message("geometry_msgs/msg/PoseWithCovariance", pose=quarter)
+    stage.node.subscriptions["amcl_pose"](
+        message("geometry_msgs/msg/PoseWithCovarianceStamped", pose=estimated)
+    )
+    stage.node.subscriptions["battery_state"](
+        message("sensor_msgs/msg/BatteryState", percentage=0.4, power_supply_status=1)
+    )
     stage.order(NAVIGATE)
     stage.navigation.feed_back(distance_remaining=2.5)
     stage.run_for(1)
@@ -287,6 +313,59 @@ def test_pose_and_battery_become_telemetry_in_the_worlds_frame() -> None:
     assert (told.x_m, told.y_m) == pytest.approx((1.2, 2.0))
     assert abs(told.heading_rad) == pytest.approx(pi)
     assert (told.battery, told.charging, told.goal_m, told.packet_tag) == (0.4, True, 2.5, "NAVIGATE")
+
+
+def told_pose(stage: Stage, *, stamp_s: int) -> list[tuple[float, float]]:
+    """The positions that are told in a second with this transform in `/tf`."""
+    stamp = message("builtin_interfaces/msg/Time", sec=stamp_s)
+    at = message("geometry_msgs/msg/Vector3", x=4.0, y=0.3)
+    found = message(
+        "geometry_msgs/msg/TransformStamped",
+        header=message("std_msgs/msg/Header", stamp=stamp, frame_id="map"),
+        transform=message("geometry_msgs/msg/Transform", translation=at),
+    )
+    stage.ros.buffer.known["map", "base_link"] = found
+    before = len(stage.service.telemetry)
+    stage.run_for(1)
+    return [(one.x_m, one.y_m) for one in stage.service.telemetry[before:]]
+
+
+def test_the_pose_can_be_looked_up_in_tf() -> None:
+    stage = Stage(PARAMETERS.model_copy(update={"pose": PoseFrame(frame="base_link", max_age_s=2.0)}))
+    assert "amcl_pose" not in stage.node.subscriptions
+    stage.clock.advance(100.0)
+    stage.run_for(1)
+    assert stage.service.telemetry == []  # the frames are not connected yet
+    assert told_pose(stage, stamp_s=50) == []  # nor is where it was long ago
+    assert told_pose(stage, stamp_s=102)[-1] == pytest.approx((1.2, 2.0))
+    stage.run_for(10)
+    assert told_pose(stage, stamp_s=102) == []
+
+
+def test_a_static_transform_does_not_age() -> None:
+    stage = Stage(PARAMETERS.model_copy(update={"pose": PoseFrame()}))
+    stage.clock.advance(100.0)
+    assert told_pose(stage, stamp_s=0)[-1] == pytest.approx((1.2, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error"),
+    [("target", 1.0, AttributeError), ("x", 1, TypeError), ("x", "1", TypeError)],
+)
+def test_the_fake_refuses_fields_and_types_that_ros_has_not(
+    name: str, value: object, error: type[Exception]
+) -> None:
+    with pytest.raises(error):
+        setattr(message("geometry_msgs/msg/Point"), name, value)
+
+
+def test_the_fakes_own_action_is_that_of_the_example() -> None:
+    parts = EXAMPLE.with_name("CarryOutPacket.action").read_text().split("---")
+    basic = {"string": "str", "float64": "float", "bool": "bool"}
+    for part, fields in zip(parts, CARRYING.values(), strict=True):
+        lines = [line.split() for line in part.splitlines() if line and not line.startswith("#")]
+        found = {name: basic[kind.removesuffix("[]")] + "[]" * kind.endswith("[]") for kind, name in lines}
+        assert found == fields
 
 
 METRES = st.floats(-100, 100)

@@ -14,6 +14,7 @@ from robots.adapters.vda5050.messages import (
     ActionStatus,
     BlockingType,
     Edge,
+    ErrorLevel,
     Headed,
     InstantActions,
     Node,
@@ -24,8 +25,10 @@ from robots.adapters.vda5050.messages import (
 from robots.adapters.vda5050.robot_vehicle import RobotVehicle
 from robots.adapters.vda5050.topics import Topic, VehicleId
 from robots.adapters.vda5050.vehicle_driver import VehicleDriver
+from robots.adapters.vda5050.vehicle_orders import MAX_ERRORS
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
+from robots.physical.body import RADIUS_M
 from robots.wire import (
     Acknowledgement,
     Body,
@@ -58,6 +61,7 @@ class StubRobot:
     x: float = 0.0
     y: float = 0.0
     holding: str | None = None
+    is_deaf: bool = False
     _script: ScriptRequest | None = None
     _left_s: float = 0.0
     _paused: bool = False
@@ -75,7 +79,7 @@ class StubRobot:
         self.link.send(message)
 
     def step(self, step_s: float) -> None:
-        for message in self.link.receive():
+        for message in [] if self.is_deaf else self.link.receive():
             self._hear(message)
         if self._script is None or self._paused:
             return
@@ -229,6 +233,16 @@ def test_all_that_the_vehicle_publishes_is_valid_by_the_published_schemas(major:
     assert [fault for topic, payload in mastered.sent for fault in faults(major, topic, payload)] == []
 
 
+def test_the_factsheet_tells_the_rovers_size_and_speeds() -> None:
+    mastered = Mastered()
+    body = {"kind": "velocity", "acceleration_m_s2": 0.5}
+    mastered.robot.say(Factsheet(repertoire=("NAVIGATE",), speed_m_s=0.4, turn_rad_s=1.0, body=body))
+    mastered.step(1.0)
+    told = mastered.vehicle.factsheet().physical_parameters
+    assert (told.maximum_speed, told.maximum_angular_speed, told.maximum_acceleration) == (0.4, 1.0, 0.5)
+    assert told.width == told.length == 2 * RADIUS_M
+
+
 def test_a_step_that_fails_is_an_error_and_a_failed_action() -> None:
     mastered = Mastered()
     mastered.robot.fails = frozenset({"DOCK"})
@@ -270,6 +284,167 @@ def test_an_order_can_be_paused_resumed_and_cancelled() -> None:
     assert len(mastered.robot.done) == 1
     assert mastered.state.is_idle
     assert mastered.state.status_of("3") is ActionStatus.FINISHED
+
+
+def test_a_pause_is_told_once_the_robot_has_confirmed_it() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.order(_start(), _node(2, "bay"))
+    mastered.step(1.0, masters=False)
+    mastered.robot.is_deaf = True
+    mastered.vehicle.heard(InstantActions(actions=(_instant("startPause", "1"),)))
+    mastered.step(1.0, masters=False)
+    state = mastered.state
+    assert (state.paused, state.driving, state.status_of("1")) == (False, True, ActionStatus.RUNNING)
+    mastered.robot.is_deaf = False
+    mastered.step(3.0, masters=False)
+    state = mastered.state
+    assert (state.paused, state.driving, state.status_of("1")) == (True, False, ActionStatus.FINISHED)
+
+
+def test_an_action_that_has_failed_can_be_tried_again_or_left_out() -> None:
+    mastered = Mastered()
+    mastered.robot.fails = frozenset({"DOCK"})
+    mastered.step(1.0, masters=False)
+    pick = _action("pick", "p", loadId="sample").model_copy(update={"retriable": True})
+    mastered.order(_start(), _node(2, "bay", pick), _node(4, "door"))
+    mastered.step(20.0, masters=False)
+    state = mastered.state
+    assert state.status_of("p") is ActionStatus.RETRIABLE
+    assert [one.error_level for one in state.errors] == [ErrorLevel.URGENT]
+    retry = _instant("retry", "r").model_copy(
+        update={"action_parameters": (ActionParameter(key="actionId", value="p"),)}
+    )
+    mastered.vehicle.heard(InstantActions(actions=(retry,)))
+    mastered.step(10.0, masters=False)
+    assert mastered.state.status_of("p") is ActionStatus.RETRIABLE
+    skip = retry.model_copy(update={"action_type": "skipRetry", "action_id": "s"})
+    mastered.vehicle.heard(InstantActions(actions=(skip,)))
+    mastered.step(10.0, masters=False)
+    state = mastered.state
+    assert (state.status_of("p"), state.status_of("s")) == (ActionStatus.FAILED, ActionStatus.FINISHED)
+    assert state.is_idle
+    assert state.last_node_id == "door"
+
+
+def test_a_retry_of_what_has_not_failed_is_refused() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.vehicle.heard(InstantActions(actions=(_instant("retry", "r"),)))
+    state = mastered.state
+    assert state.status_of("r") is ActionStatus.FAILED
+    assert [one.error_type for one in state.errors] == ["INVALID_INSTANT_ACTION"]
+
+
+@pytest.mark.parametrize(
+    ("blocking", "drives"),
+    [
+        (BlockingType.NONE, True),
+        (BlockingType.SINGLE, True),
+        (BlockingType.SOFT, False),
+        (BlockingType.HARD, False),
+    ],
+)
+def test_a_robot_drives_while_it_waits_if_the_blocking_type_lets_it(
+    blocking: BlockingType, drives: bool
+) -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    wait = _action("waitForTrigger", "w").model_copy(update={"blocking_type": blocking})
+    mastered.order(_start(), _node(2, "bay", wait), _node(4, "door"))
+    mastered.step(10.0, masters=False)
+    assert mastered.state.status_of("w") is ActionStatus.RUNNING
+    assert (mastered.state.last_node_id == "door") is drives
+
+
+@pytest.mark.parametrize(
+    ("blocking", "acts"),
+    [
+        (BlockingType.NONE, True),
+        (BlockingType.SOFT, True),
+        (BlockingType.SINGLE, False),
+        (BlockingType.HARD, False),
+    ],
+)
+def test_a_robot_acts_while_it_waits_if_the_blocking_type_lets_it(blocking: BlockingType, acts: bool) -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    wait = _action("waitForTrigger", "w").model_copy(update={"blocking_type": blocking})
+    pick = _action("pick", "p", loadId="sample").model_copy(update={"blocking_type": BlockingType.SOFT})
+    mastered.order(_start(), _node(2, "bay", wait, pick))
+    mastered.step(10.0, masters=False)
+    assert (mastered.state.status_of("p") is ActionStatus.FINISHED) is acts
+    mastered.vehicle.heard(InstantActions(actions=(_instant("trigger", "t"),)))
+    mastered.step(10.0, masters=False)
+    assert mastered.state.is_idle
+
+
+def test_a_new_base_is_requested_on_the_way_to_the_last_released_node() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.order(_start(), _node(2, "bay"), _node(4, "door"), _node(6, "bay", released=False))
+    mastered.step(1.0, masters=False)
+    assert mastered.state.new_base_request is False
+    mastered.step(4.0, masters=False)
+    assert mastered.state.new_base_request is True
+    mastered.order(_node(4, "door"), _node(6, "bay"), update=1)
+    assert mastered.state.new_base_request is False
+
+
+@pytest.mark.parametrize(
+    ("nodes", "update", "error"),
+    [
+        ((_node(2, "bay"), _node(4, "door")), 0, "SAME_ORDER_UPDATE_ID"),
+        ((_node(4, "bay"), _node(6, "door")), 2, "VALIDATION_FAILURE"),
+        ((_node(2, "door"), _node(4, "bay")), 2, "VALIDATION_FAILURE"),
+    ],
+)
+def test_an_update_that_does_not_continue_the_order_is_rejected_and_the_order_goes_on(
+    nodes: tuple[Node, ...], update: int, error: str
+) -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.order(_start(), _node(2, "bay"))
+    mastered.order(*nodes, update=update)
+    mastered.step(10.0, masters=False)
+    state = mastered.state
+    assert [one.error_type for one in state.errors] == [error]
+    assert (state.order_update_id, state.last_node_id, state.is_idle) == (0, "bay", True)
+
+
+def test_an_outdated_update_and_one_of_a_cancelled_order_are_rejected() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.order(_start(), _node(2, "bay"), _node(4, "door", released=False))
+    mastered.order(_node(2, "bay"), _node(4, "door"), update=3)
+    mastered.order(_node(2, "bay"), _node(4, "door"), update=2)
+    assert [one.error_type for one in mastered.state.errors] == ["OUTDATED_ORDER_UPDATE"]
+    mastered.vehicle.heard(InstantActions(actions=(_instant("cancelOrder", "c"),)))
+    mastered.step(10.0, masters=False)
+    mastered.order(_node(4, "door"), _node(6, "bay"), update=4)
+    assert [one.error_type for one in mastered.state.errors][-1] == "ORDER_UPDATE_FOLLOWING_CANCEL"
+    assert mastered.state.is_idle
+
+
+def test_a_completed_order_can_be_continued() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.order(_start(), _node(2, "bay"))
+    mastered.step(10.0, masters=False)
+    mastered.order(_node(2, "bay"), _node(4, "door"), update=1)
+    mastered.step(10.0, masters=False)
+    assert (mastered.state.last_node_id, mastered.state.is_idle) == ("door", True)
+
+
+def test_what_is_no_order_is_a_validation_failure_and_errors_stay_few() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.vehicle.heard_no_message(Topic.ORDER)
+    assert [one.error_type for one in mastered.state.errors] == ["VALIDATION_FAILURE"]
+    for number in range(100):
+        order = Order(order_id=f"o{number}", order_update_id=1, nodes=(_start(),), edges=())
+        mastered.vehicle.heard(order)
+    assert len(mastered.state.errors) == MAX_ERRORS
 
 
 def test_a_robot_waits_for_its_trigger() -> None:

@@ -12,6 +12,7 @@ from robots.adapters.vda5050.messages import (
     VehicleError,
 )
 from robots.adapters.vda5050.settings import Settings
+from robots.wire import FaultLevel, RobotFault
 from tests.robots.adapters.vda5050.driven import ERRAND, SETTINGS, Driven, packet
 
 
@@ -129,6 +130,44 @@ def test_a_failed_action_fails_the_packet_with_the_vehicles_reason_once_it_stand
     assert facts == {"robot_attribute(agv, gripper, empty)", "near(agv, bay)"}
 
 
+def test_an_action_that_could_be_tried_again_has_failed_and_the_vehicle_gives_it_up() -> None:
+    driven = Driven()
+    driven.vehicle.fails = frozenset({"pick"})
+    driven.vehicle.holds_failed = True
+    driven.begin(ERRAND, 0)
+    driven.until_ended()
+    driven.begin(ERRAND, 1)
+    ended = driven.until_ended()
+    assert (ended.state, ended.detail) == (ProgressState.FAILED, "pick failed")
+    assert driven.vehicle.is_idle
+
+
+def test_a_hibernating_vehicle_is_asked_for_nothing_until_it_is_needed() -> None:
+    driven = Driven()
+    driven.step(1.0)
+    driven.vehicle.hibernate()
+    sent = len(driven.sent)
+    driven.step(200.0)
+    assert len(driven.sent) == sent
+    assert driven.vehicle.is_hibernating
+    driven.begin(ERRAND, 0)
+    assert driven.until_ended().state is ProgressState.FINISHED
+    assert driven.instant[-1] == "stopHibernation"
+
+
+def test_a_vehicle_that_hibernates_between_packets_is_given_the_rest_of_its_order_anew() -> None:
+    driven = Driven()
+    driven.begin(ERRAND, 0)
+    driven.until_ended()
+    driven.vehicle.hibernate()
+    driven.step(60.0)
+    for number in (1, 2, 3):
+        driven.begin(ERRAND, number)
+        assert driven.until_ended().state is ProgressState.FINISHED
+    assert driven.vehicle.history == ["bay", "bay", "pick", "bay", "door", "door", "drop", "door"]
+    assert [one.order_id for one in driven.orders][-1] == "macta.s1.2"
+
+
 @pytest.mark.parametrize("level", [ErrorLevel.CRITICAL, ErrorLevel.FATAL])
 def test_a_grave_error_ends_the_packet(level: ErrorLevel) -> None:
     driven = Driven()
@@ -154,6 +193,32 @@ def test_a_slight_error_is_shown_and_the_packet_goes_on(level: ErrorLevel) -> No
     assert shown is not None
     assert shown.degraded == (f"{level.lower()}: DIRTY_SCANNER",)
     assert driven.until_ended().state is ProgressState.FINISHED
+
+
+def test_faults_are_reported_in_the_vehicles_words_once_when_they_change() -> None:
+    driven = Driven()
+    driven.step(2.0)
+    assert driven.driver.changed_faults() is None
+    driven.vehicle.raise_error(VehicleError(error_type="DIRTY_SCANNER", error_level=ErrorLevel.WARNING))
+    words = "in the way; <b>call</b> somebody"
+    driven.vehicle.raise_error(
+        VehicleError(error_type="BLOCKED", error_level=ErrorLevel.FATAL, error_description=words)
+    )
+    driven.step(1.0)
+    report = driven.driver.changed_faults()
+    assert report is not None
+    assert report.faults == (
+        RobotFault(level=FaultLevel.FATAL, type="BLOCKED", text=words),
+        RobotFault(level=FaultLevel.WARNING, type="DIRTY_SCANNER"),
+    )
+    driven.step(5.0)
+    assert driven.driver.changed_faults() is None
+    driven.restart()
+    driven.vehicle.clear_errors()
+    driven.step(2.0)
+    report = driven.driver.changed_faults()
+    assert report is not None
+    assert report.faults == ()
 
 
 def test_an_error_about_another_order_does_not_end_this_one() -> None:
