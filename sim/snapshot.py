@@ -119,12 +119,14 @@ class BodyState(State):
 
 
 class GripState(State):
-    """One capture head on a long object."""
+    """One capture head on a long object, and what that exerted on the rover in the last tick."""
 
     end: int
     middle: Pair
     heading_rad: float
     square_rad: float
+    force_n: Pair = (0.0, 0.0)
+    torque_n_m: float = 0.0
 
 
 class BeamState(State):

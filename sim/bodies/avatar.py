@@ -1,11 +1,12 @@
 """The virtual avatar (SRA, Virtual Robotic Workbench): a robot without a physical body, which moves by itself.
 
-It collides with nothing; other robots see its beacon; only virtual sonar detects it. The floor map alone stops it.
+It collides with nothing; other robots see its beacon; only virtual sonar detects it. The floor map alone stops it, with
+the panels of doors, hatches and lifts that are down at the time.
 Its jaws work as all jaws do (our choice): what they hold goes with them.
 """
 
 from collections.abc import Iterable, Sequence
-from math import cos, hypot, remainder, sin, tau
+from math import cos, hypot, inf, remainder, sin, tau
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,8 +71,10 @@ class AvatarBody(RampedBody):
         super().__init__(spec, ramps, jaws, scene, odometry)
         self._floor = floor
         self._blocked = False
+        self._lowered = scene.lowered_panels
+        self._doors = FloorMap(tuple(self._lowered))
         self._measured_at = scene.pose(spec.name)
-        self._clearance_m = floor.clearance_m(self._measured_at)
+        self._clearance_m = self._room_m(self._measured_at)
         scene.make_intangible(spec.name)
 
     def drive(self) -> None:
@@ -86,14 +89,25 @@ class AvatarBody(RampedBody):
 
     def _next(self, pose: Pose) -> Pose:
         """The pose after the whole step; if an obstacle is in its way after the turn or the translation alone."""
+        self._notice_panels()
         ahead_m = self._driven[0] * TICK_S
         turn_rad = self._driven[1] * TICK_S
         for step in ((ahead_m, turn_rad), (0.0, turn_rad), (ahead_m, 0.0)):
             then = advance_pose(pose, *step)
-            if self._is_free(then) or self._floor.clearance_m(then) >= self._floor.clearance_m(pose):
+            if self._is_free(then) or self._room_m(then) >= self._room_m(pose):
                 return then
             self._blocked = True
         return pose
+
+    def _notice_panels(self) -> None:
+        """Forget the clearance measured last time if a panel has risen or sunk since."""
+        if self._scene.lowered_panels != self._lowered:
+            self._lowered = self._scene.lowered_panels
+            self._doors = FloorMap(tuple(self._lowered))
+            self._clearance_m = -inf
+
+    def _room_m(self, pose: Pose) -> float:
+        return min(self._floor.clearance_m(pose), self._doors.clearance_m(pose))
 
     def _is_free(self, then: Pose) -> bool:
         """Whether it is clear there. The map is read only beyond the clearance measured last time."""
@@ -101,7 +115,7 @@ class AvatarBody(RampedBody):
         moved_m += FRONT_M * abs(remainder(then.heading_rad - self._measured_at.heading_rad, tau))
         if moved_m >= self._clearance_m:
             self._measured_at = then
-            self._clearance_m = self._floor.clearance_m(then)
+            self._clearance_m = self._room_m(then)
             return self._clearance_m >= 0
         return True
 

@@ -5,7 +5,7 @@ The velocity-set body is moved by the scene, which stops it where something is i
 
 from dataclasses import replace
 
-from robots.physical.body import Pose
+from robots.physical.body import GRIPPER_REACH_M, Pose
 from robots.world import RobotSpec
 from robots.world.bodies import Ramps
 from sim.bodies.base import SimulatedBody, clip
@@ -55,9 +55,23 @@ class RampedBody(SimulatedBody):
         )
 
 
+GIVES_M_S_N = 0.004
+"""How much slower or faster a drive is for each newton on the capture head (our choice)."""
+GIVES_RAD_S_N_M = 0.01
+"""The same of turning, for each newton metre about the body's middle."""
+
+
 class VelocityBody(RampedBody):
-    """Has the commanded velocity, unless something is in the way."""
+    """Has the commanded velocity, unless something is in the way.
+
+    What hangs on its capture head drags it along while it drives; while it stands, its brakes hold it.
+    """
 
     def drive(self) -> None:
         self._ramp()
-        self._scene.drive(self.spec.name, *self._driven)
+        linear_m_s, angular_rad_s = self._driven
+        if self._driven != (0.0, 0.0):
+            load = self._jaws.load(self.spec.name)
+            linear_m_s += GIVES_M_S_N * load.force_n.real
+            angular_rad_s += GIVES_RAD_S_N_M * (load.torque_n_m + GRIPPER_REACH_M * load.force_n.imag)
+        self._scene.drive(self.spec.name, linear_m_s, angular_rad_s)

@@ -5,15 +5,16 @@ from math import cos, hypot, remainder, sin, tau
 
 import numpy as np
 
-from robots.physical.body import Pose
+from robots.physical.body import GRIPPER_REACH_M, Pose
 from robots.world import RobotSpec
 from robots.world.bodies import WheeledBodySpec
 from sim.bodies.axle import STILL, Axle, Velocity
 from sim.bodies.base import SimulatedBody
 from sim.bodies.odometry import Encoders
 from sim.clock import TICK_S
+from sim.physics.beam import Load
 from sim.physics.jaws import Jaws
-from sim.physics.scene import Scene
+from sim.physics.scene import ROVER_INERTIA_KG_M2, ROVER_MASS_KG, Scene
 from sim.snapshot import RampedState, StreamState, WheeledState
 
 LIFTED_M_S = 5.0
@@ -47,7 +48,8 @@ class WheeledBody(SimulatedBody):
 
     def drive(self) -> None:
         pose = self._scene.pose(self.spec.name)
-        now = self._axle.follow(_mean_velocity(self._last, pose))
+        pulled = _pulled(_mean_velocity(self._last, pose), self._jaws.load(self.spec.name))
+        now = self._axle.follow(pulled)
         self._encoders.roll(self._axle.state.rims_m_s, TICK_S)
         self._last = pose
         left, right = (self._wheels.slip * self._rng.standard_normal(2)).tolist()
@@ -76,6 +78,16 @@ class WheeledBody(SimulatedBody):
         self._axle.grip = state.encoders.grip
         self._last = state.last
         state.floor.restore(self._rng)
+
+
+def _pulled(now: Velocity, load: Load) -> Velocity:
+    """The chassis' velocity after a tick of what the object on its capture head exerts."""
+    torque_n_m = load.torque_n_m + GRIPPER_REACH_M * load.force_n.imag
+    return Velocity(
+        now.ahead_m_s + load.force_n.real / ROVER_MASS_KG * TICK_S,
+        now.left_m_s + load.force_n.imag / ROVER_MASS_KG * TICK_S,
+        now.turn_rad_s + torque_n_m / ROVER_INERTIA_KG_M2 * TICK_S,
+    )
 
 
 def _mean_velocity(last: Pose, now: Pose) -> Velocity:

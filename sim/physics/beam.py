@@ -2,8 +2,8 @@
 
 A capture head is "3 DOF passive compliant": a spring and damper in x and y between the jaws' middle and the object's
 handle, and in torsion about the gripper's vertical axis, where the jaws slip on the object ("gripper slip"). The
-constants are our choice. A handle beyond the head's travel is out of the jaws. The force does not act on the rovers,
-which are velocity-set.
+constants are our choice. A handle beyond the head's travel is out of the jaws. What a head exerts on the object acts on
+its rover, too (`load`), so that each robot's motion is transmitted to the other and back.
 
 Units: metres, newtons, kilograms, radians, seconds; points are complex in the world's frame.
 """
@@ -45,13 +45,28 @@ class Contact:
     depth_m: float
 
 
+@dataclass(frozen=True, slots=True)
+class Load:
+    """What an object exerts on a rover at its jaws: newtons ahead and (imaginary) to its left, and newton metres."""
+
+    force_n: complex = 0j
+    torque_n_m: float = 0.0
+
+
+UNLOADED = Load()
+
+
 @dataclass(slots=True)
 class Grip:
-    """One capture head at one end (+1 or -1) of the object. `square_rad`: the object's torque-free turn in it."""
+    """One capture head at one end (+1 or -1) of the object. `square_rad`: the object's torque-free turn in it.
+
+    `load`: the mean over the last tick.
+    """
 
     end: int
     jaws: JawsPose
     square_rad: float
+    load: Load = UNLOADED
 
 
 class Beam:
@@ -79,6 +94,8 @@ class Beam:
                     middle=_pair(grip.jaws.middle),
                     heading_rad=grip.jaws.heading_rad,
                     square_rad=grip.square_rad,
+                    force_n=_pair(grip.load.force_n),
+                    torque_n_m=grip.load.torque_n_m,
                 )
                 for rover, grip in self._grips.items()
             },
@@ -90,7 +107,12 @@ class Beam:
         self._velocity = complex(*state.velocity)
         self._turn_rate = state.turn_rate
         self._grips = {
-            rover: Grip(grip.end, JawsPose(complex(*grip.middle), grip.heading_rad), grip.square_rad)
+            rover: Grip(
+                grip.end,
+                JawsPose(complex(*grip.middle), grip.heading_rad),
+                grip.square_rad,
+                Load(complex(*grip.force_n), grip.torque_n_m),
+            )
             for rover, grip in state.grips.items()
         }
 
@@ -117,11 +139,17 @@ class Beam:
         grip = self._grips[rover]
         return (self.handle(grip.end) - grip.jaws.middle) * rect(1.0, -grip.jaws.heading_rad)
 
+    def load(self, rover: str) -> Load:
+        """What the object exerted on the rover in the last tick."""
+        return self._grips[rover].load
+
     def advance(self, jaws: Mapping[str, JawsPose], contacts: Iterable[Contact], step_s: float) -> list[str]:
         """Advance by one tick in which the jaws moved to `jaws`; returns the rovers that have lost their handle."""
         before = {rover: grip.jaws for rover, grip in self._grips.items()}
         rates = {rover: _rate(before[rover], jaws[rover], step_s) for rover in self._grips}
         fixed = tuple(contacts)
+        for grip in self._grips.values():
+            grip.load = UNLOADED
         for part in range(1, SUBSTEPS + 1):
             for rover, grip in self._grips.items():
                 grip.jaws = _interpolated(before[rover], jaws[rover], part / SUBSTEPS)
@@ -136,8 +164,14 @@ class Beam:
         for rover, grip in self._grips.items():
             arm = self._arm(grip.end)
             pull = self._pull(grip, rates[rover][0])
+            twist = self._twist(grip, rates[rover][1])
             force += pull
-            torque += _cross(arm, pull) + self._twist(grip, rates[rover][1])
+            torque += _cross(arm, pull) + twist
+            here = grip.load
+            grip.load = Load(
+                here.force_n - pull * rect(1.0, -grip.jaws.heading_rad) / SUBSTEPS,
+                here.torque_n_m - twist / SUBSTEPS,
+            )
         for contact in contacts:
             push = self._push(contact)
             force += push

@@ -11,7 +11,7 @@ from math import cos, hypot, sin
 
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose
 from sim.clock import TICK_S
-from sim.physics.beam import Beam, Contact, JawsPose
+from sim.physics.beam import UNLOADED, Beam, Contact, JawsPose, Load
 from sim.physics.scene import Placed, Scene
 from sim.snapshot import JawsState
 
@@ -108,6 +108,11 @@ class Jaws:
             return (0.0, 0.0)
         deflection = self._beams[sample].deflection(rover)
         return (deflection.real, deflection.imag)
+
+    def load(self, rover: str) -> Load:
+        """What the object on a rover's capture head exerts on the rover."""
+        beam = self._beams.get(self._held.get(rover, ""))
+        return UNLOADED if beam is None else beam.load(rover)
 
     def drop(self, sample: str) -> None:
         """A sample slips out of all jaws that hold it, which stay closed."""

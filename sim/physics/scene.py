@@ -8,7 +8,7 @@ stop them.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import atan2, cos, sin
+from math import atan2, cos, hypot, sin
 from typing import Any
 from weakref import finalize
 
@@ -89,6 +89,14 @@ class Placed:
     heading_rad: float = 0.0
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ball:
+    """`rolling_m_s2`: how fast the floor slows it down while it rolls."""
+
+    radius_m: float
+    rolling_m_s2: float
+
+
 class Scene:
     """One PyBullet world without a window. Bodies are known by their names in the world file."""
 
@@ -130,8 +138,14 @@ class Scene:
             self._samples[name] for name, placed in samples.items() if placed.length_m
         )
         self._held: set[str] = set()
-        self._balls: dict[int, float] = {}
+        self._balls: dict[int, Ball] = {}
         self._beacons: list[tuple[float, float]] = []
+        self._lowered: dict[int, Panel] = {}
+
+    @property
+    def lowered_panels(self) -> frozenset[Panel]:
+        """The movable panels that stand too low for a rover to pass under."""
+        return frozenset(self._lowered.values())
 
     def pose(self, rover: str) -> Pose:
         """A rover's true pose."""
@@ -216,8 +230,8 @@ class Scene:
         for sample, body in self._samples.items():
             if body in pushed and sample not in self._held:
                 self._stop_pushed(body, SAMPLE_HEIGHT_M / 2)
-        for body in pushed & self._balls.keys():
-            self._stop_pushed(body, self._balls[body])
+        for body, ball in self._balls.items():
+            self._roll(body, ball)
 
     def lift(self, sample: str) -> None:
         """A sample in jaws touches nothing; `carry` moves it."""
@@ -265,26 +279,32 @@ class Scene:
         shape = bullet.cylinder(self.client, rock.radius_m, ROCK_HEIGHT_M)
         self._add_solid(shape, (*rock.point, ROCK_HEIGHT_M / 2), 0.0)
 
-    def put_ball(self, point: tuple[float, float], *, radius_m: float) -> int:
-        """Lay a light ball on the floor, below the whiskers' plane; it moves only while it is pushed."""
+    def put_ball(self, point: tuple[float, float], *, radius_m: float, rolling_m_s2: float) -> int:
+        """Lay a light ball on the floor, below the whiskers' plane; pushed, it rolls until the floor has stopped it."""
         shape = pybullet.createCollisionShape(
             pybullet.GEOM_SPHERE, radius=radius_m, physicsClientId=self.client
         )
         body = self._add(0.2, shape, (*point, radius_m), 0.0)
         self._tune(body, lateralFriction=0.1)
         self._collide(body, LOW, EVERYTHING)
-        self._balls[body] = radius_m
+        self._balls[body] = Ball(radius_m=radius_m, rolling_m_s2=rolling_m_s2)
         return body
 
     def put_panel(self, panel: Panel) -> int:
         """Close a doorway by a panel that `raise_panel` moves; it blocks rovers and rays as a wall does."""
         shape = bullet.box(self.client, panel.length_m, WALL_THICKNESS_M, WALL_HEIGHT_M)
-        return self._add_solid(shape, self._middle_of(panel), _heading_of(panel))
+        body = self._add_solid(shape, self._middle_of(panel), _heading_of(panel))
+        self._lowered[body] = panel
+        return body
 
     def raise_panel(self, body: int, panel: Panel, share: float) -> None:
         """Raise a panel by a share of its height: 0 it stands on the floor, 1 rovers and rays pass under it."""
         x, y, z = self._middle_of(panel)
         self._poses.place(body, (x, y, z + share * RAISED_M), _heading_of(panel))
+        if share * RAISED_M < ROVER_HEIGHT_M:
+            self._lowered[body] = panel
+        else:
+            self._lowered.pop(body, None)
 
     def is_under(self, panel: Panel) -> str:
         """What stands in a panel's way to the floor: a rover or a sample; empty if nothing does."""
@@ -404,6 +424,19 @@ class Scene:
             x, y, _, heading = self._poses.of(body)
             self._place(body, (x, y, height_m), heading if body in self._long_bodies else 0.0)
             pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
+
+    def _roll(self, body: int, ball: Ball) -> None:
+        """Rolling resistance: a ball loses the same speed in every tick, and stays on the floor."""
+        (x_m_s, y_m_s, _), _ = pybullet.getBaseVelocity(body, physicsClientId=self.client)
+        speed_m_s = hypot(x_m_s, y_m_s)
+        if speed_m_s == 0.0:
+            return
+        kept = max(0.0, 1.0 - ball.rolling_m_s2 * TICK_S / speed_m_s)
+        x, y = self.point_of(body)
+        self._poses.place(body, (x, y, ball.radius_m), 0.0)
+        pybullet.resetBaseVelocity(
+            body, [kept * x_m_s, kept * y_m_s, 0], [0, 0, 0], physicsClientId=self.client
+        )
 
 
 def _heading_of(panel: Panel) -> float:

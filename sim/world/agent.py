@@ -28,7 +28,7 @@ class HasMemory(Protocol):
 class AgentSetup:
     """What an agent is made with: its spec, the locations of its reach, the names of the other robots and of the known
     samples, the zones, the lengths of long samples, the pose it is told, its radio's round trip, its interfaces, the
-    memory it resumes with, and the number of the world's edition.
+    memory it resumes with, and the number of the world's edition. `speaks`: it has a social level.
     """
 
     spec: RobotSpec
@@ -44,6 +44,8 @@ class AgentSetup:
     clock: Clock
     memory: RobotMemory | None = None
     edition: int = 0
+    speaks: bool = False
+    peer_round_trip_s: float = 0.0
 
 
 AgentFactory = Callable[[AgentSetup], Agent]

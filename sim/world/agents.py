@@ -5,10 +5,12 @@ from functools import cache, partial
 from math import radians
 from pathlib import Path
 
+from robots.deliberative.mind import Mind
 from robots.executive.agent import BehaviouralAgent
 from robots.physical.body import ALL_SENSORS
 from robots.physical.profile import Architecture, Area, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire, read_repertoire
+from robots.social import RuleSpeech, SocialLevel
 from robots.wire import Factsheet
 from robots.world import Zone, ZoneRule
 from sim.world.agent import AgentFactory, AgentSetup
@@ -61,17 +63,30 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         lengths_m=setup.lengths_m,
         round_trip_s=setup.round_trip_s,
     )
+    society = (
+        SocialLevel(spec.name, setup.clock, abilities=spec.repertoire, round_trip_s=setup.peer_round_trip_s)
+        if setup.speaks
+        else None
+    )
+    speech = None if society is None else RuleSpeech(society)
+    packets = (repertoire or load_repertoire()).tuned(spec.tuning)
+    mind = Mind(profile, packets, (), speak=None if speech is None else speech.speak)
+    if speech is not None:
+        speech.listen(mind)
     return BehaviouralAgent(
+        society=society,
         profile=profile,
         body=setup.body,
         link=setup.link,
         clock=setup.clock,
-        repertoire=(repertoire or load_repertoire()).tuned(spec.tuning),
+        repertoire=packets,
         memory=setup.memory,
+        deliberation=mind,
         factsheet=Factsheet(
             body=spec.body.model_dump(mode="json"),
             sensors=tuple(sensor.model_dump(mode="json") for sensor in spec.sensors),
             senses=spec.senses,
+            speaks=spec.speaks,
             repertoire=spec.repertoire,
             speed_m_s=spec.speed_m_s,
             turn_rad_s=spec.turn_rad_s,

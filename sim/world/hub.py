@@ -1,12 +1,18 @@
-"""Routes one shared link's messages to each robot's own link end, through its radio. Telemetry is thinned."""
+"""Routes one shared link's messages to each robot's own link end, through its radio. Telemetry is thinned.
+
+What robots say to each other goes by the radio between them, and not over the shared link, unless the other robot is
+not simulated.
+"""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 
 from robots.clock import Clock, ManualClock
+from robots.contract.mailbox import SERVICE
 from robots.link import Link
-from robots.wire import WORLD, Message, Telemetry
-from sim.world.radio import Direction, Radio
+from robots.wire import WORLD, Message, SpeechAct, Telemetry
+from sim.world.radio import Direction, PeerRadios, Radio
 
 MAX_WAITING = 10_000
 """Limit of the messages that wait for room in the channel, or for a snapshot. Beyond it the newest are dropped: robots
@@ -62,6 +68,10 @@ class Hub:
         self._holds = holds
         self._ends: dict[str, RobotLink] = {}
         self._radios: dict[str, Radio] = {}
+        self._peers: PeerRadios | None = None
+        self._to_peers: list[Message] = []
+        self.peer_letters = 0
+        """How many messages robots have sent to each other."""
         self.connect({robot: (radios or {}).get(robot) or Radio() for robot in robots})
         self._to_world: deque[Message] = deque()
         self.letters = 0
@@ -72,9 +82,16 @@ class Hub:
         self._telemetry: dict[str, Message] = {}
         self._telemetry_sent_at_s: dict[str, float] = {}
 
-    def connect(self, radios: Mapping[str, Radio]) -> None:
-        """Serve these robots from now on; those served already keep their ends, and equal radios."""
-        self._ends = {robot: self._ends.get(robot) or RobotLink(self._send) for robot in radios}
+    def connect(self, radios: Mapping[str, Radio], peers: PeerRadios | None = None) -> None:
+        """Serve these robots from now on; those served already keep their ends, and equal radios.
+
+        :param peers: the radios between robots; None: they do not hear each other.
+        """
+        if peers is None or self._peers is None or self._peers.link != peers.link:
+            self._peers = peers
+        self._ends = {
+            robot: self._ends.get(robot) or RobotLink(partial(self._send, robot)) for robot in radios
+        }
         kept = self._radios
         self._radios = {
             robot: kept[robot] if robot in kept and kept[robot].link == radio.link else radio
@@ -92,7 +109,7 @@ class Hub:
 
     def answer(self, message: Message) -> None:
         """Send a message of the world itself; it needs no radio."""
-        self._send(message)
+        self._send(WORLD, message)
 
     @property
     def is_holding(self) -> bool:
@@ -114,11 +131,28 @@ class Hub:
             self.letters += 1
             if message.receiver == WORLD:
                 self._to_world.append(message)
+            elif isinstance(message.body, SpeechAct) and message.sender != SERVICE:
+                self._to_peers.append(message)
             elif message.receiver in self._radios:
                 self._radios[message.receiver].send(Direction.DOWN, message, now_s)
         for robot, radio in self._radios.items():
             for message in radio.arrived(Direction.DOWN, now_s):
                 self._ends[robot].deliver(message)
+        self._carry_between_robots(now_s)
+
+    def _carry_between_robots(self, now_s: float) -> None:
+        """Transmit what robots have said to each other, and deliver what has arrived."""
+        said = self._to_peers
+        self._to_peers = []
+        if self._peers is None:
+            return
+        for message in said:
+            self._peers.send(message, now_s)
+        for message in self._peers.arrived(now_s):
+            if message.receiver in self._ends:
+                self._ends[message.receiver].deliver(message)
+            elif message.sender in self._ends:  # to a robot that is not simulated
+                self._leave(message)
 
     def flush(self, now_s: float) -> None:
         """Transmit the robots' messages and the telemetry that is due; forward what the radio delivers, in order, as
@@ -133,7 +167,9 @@ class Hub:
 
     def _transmit(self, messages: Sequence[Message], now_s: float) -> None:
         for message in messages:
-            if message.sender in self._radios:
+            if message.receiver not in (SERVICE, WORLD):
+                self._waiting.append(message)  # it has come over the radio between robots
+            elif message.sender in self._radios:
                 self._radios[message.sender].send(Direction.UP, message, now_s)
             elif message.sender == WORLD:
                 self._waiting.append(message)
@@ -152,11 +188,20 @@ class Hub:
         self._telemetry_sent_at_s |= dict.fromkeys(due, now_s)
         return [self._telemetry.pop(robot) for robot in due]
 
-    def _send(self, message: Message) -> None:
+    def _send(self, robot: str, message: Message) -> None:
+        """:param robot: who sends it."""
         if isinstance(message.body, Telemetry):
             self._telemetry[message.sender] = message
             return
+        if message.receiver not in (SERVICE, WORLD):
+            if message.sender == robot and len(self._to_peers) < MAX_WAITING:
+                self.peer_letters += 1
+                self._to_peers.append(message)
+            return
         self.letters += 1
+        self._leave(message)
+
+    def _leave(self, message: Message) -> None:
         if not self._holds:
             self._outgoing.append(message)
         elif len(self._held) < MAX_WAITING:

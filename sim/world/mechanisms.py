@@ -15,6 +15,8 @@ from sim.snapshot import PeripheralState
 
 BLOCKED_S = 8.0
 """How long a closing door waits for what is in its way before it reports that."""
+SHUT_S = 3.0
+"""How long a door that shuts whatever its script says is shut before it reports that."""
 HALF_WAY = 0.4
 """Where a panel that sticks half-way stands, by its share; it sticks within `STICKY` of it."""
 STICKY = 0.03
@@ -81,6 +83,8 @@ class SimulatedMechanism:
             return ""
         if self.broken is Fault.JAMMED:
             return "its motor does not move"
+        if self.broken is Fault.SHUTS and self._stuck_s >= SHUT_S:
+            return "it does not stay open"
         if self._stuck_s >= BLOCKED_S:
             return "it is stuck half-way"
         if self._blocked_s >= BLOCKED_S:
@@ -103,15 +107,17 @@ class SimulatedMechanism:
 
     def move(self, step_s: float) -> None:
         """Move the panels for a time."""
-        if self.broken is Fault.SHUTS and not self._spec.is_lift and not self._in_the_way():
-            self._wanted = CLOSED
-        if self.broken is Fault.JAMMED or self.state == self._wanted:
+        shuts = self.broken is Fault.SHUTS and not self._spec.is_lift and not self._in_the_way()
+        if self.broken is Fault.JAMMED or (self.state == self._wanted and not shuts):
+            return
+        if shuts and self.state == CLOSED != self._wanted:
+            self._stuck_s += step_s
             return
         if self._spec.is_lift:
             self._ride(step_s)
         else:
             self._at = self._wanted
-            self._move_panels(step_s)
+            self._move_panels(step_s, to_closed=shuts)
 
     def _ride(self, step_s: float) -> None:
         """Close the doors, ride, open the door of the level."""
@@ -138,10 +144,12 @@ class SimulatedMechanism:
             elif self.broken is Fault.STICKS and abs(share - HALF_WAY) < STICKY:
                 self._stuck_s += step_s
                 continue
-            elif goal > share:
-                self._shares[number] = min(goal, share + step_s / self._spec.opening_s)
             else:
-                self._shares[number] = max(goal, share - step_s / self._spec.closing_s)
+                self._stuck_s = 0.0
+                if goal > share:
+                    self._shares[number] = min(goal, share + step_s / self._spec.opening_s)
+                else:
+                    self._shares[number] = max(goal, share - step_s / self._spec.closing_s)
             self._show(number)
 
     def _standing(self, state: str) -> tuple[float, ...]:

@@ -73,6 +73,30 @@ class Radio:
         return tuple(int.from_bytes(digest[at : at + 8], "little") / 2.0**64 for at in range(0, 32, 8))
 
 
+class PeerRadios:
+    """The radio between each two robots, each way with its own random draws."""
+
+    def __init__(self, link: LinkSpec, *, seed: int) -> None:
+        self.link = link
+        self._seed = seed
+        self._radios: dict[tuple[str, str], Radio] = {}
+
+    def send(self, message: Message, now_s: float) -> None:
+        pair = message.sender, message.receiver
+        if pair not in self._radios:
+            self._radios[pair] = Radio(self.link, robot=">".join(pair), seed=self._seed)
+        self._radios[pair].send(Direction.UP, message, now_s)
+
+    def arrived(self, now_s: float) -> Sequence[Message]:
+        """The messages that have arrived by now."""
+        return [message for radio in self._radios.values() for message in radio.arrived(Direction.UP, now_s)]
+
+
+def peers_of(world: WorldFile, seed: int) -> PeerRadios | None:
+    """The radios between the world's robots; None if they do not hear each other."""
+    return None if world.peer_link is None else PeerRadios(world.peer_link, seed=seed)
+
+
 def radios_of(world: WorldFile, seed: int) -> dict[str, Radio]:
     """Every robot's and peripheral's radio, as the world file specifies."""
     names = [*(one.name for one in world.simulated), *(one.name for one in world.simulated_peripherals)]

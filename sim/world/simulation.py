@@ -13,7 +13,7 @@ from robots.executive.memory import RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose, Readings, Sensor
 from robots.wire import WORLD, ForeignState, Message, Performative, WorldChange, WorldEdition
-from robots.world import Edition, RobotSpec, Sample, WorldFile, digest_of
+from robots.world import CLEARANCE, Edition, RobotSpec, Sample, WorldFile, digest_of
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, SimulatedBody, make_bodies
 from sim.clock import CONTROL_S, TICKS_PER_CONTROL, WorldClock
@@ -28,7 +28,7 @@ from sim.world.foreign import ForeignRobots
 from sim.world.hub import Hub
 from sim.world.peripherals import Peripherals
 from sim.world.placement import Placement
-from sim.world.radio import radios_of
+from sim.world.radio import peers_of, radios_of
 
 CHARGING_RANGE_M = 1.1
 """Distance from its home's beacon within which a rover can be charged: by its approach point."""
@@ -87,7 +87,7 @@ class Simulation:
         known = {one.name for one in world.samples}
         unseen = (one for one in world.deliveries if one.name in self._delivered - known)
         self._samples: tuple[Sample, ...] = (*world.samples, *unseen)
-        self.hub.connect(radios_of(world, self._seed))
+        self.hub.connect(radios_of(world, self._seed), peers_of(world, self._seed))
         names = [spec.name for spec in world.simulated]
         seeds = np.random.SeedSequence(self._seed).spawn(len(names) + 1)
         placement_rng, *streams = [np.random.default_rng(each) for each in seeds]
@@ -334,6 +334,8 @@ class Simulation:
             clock=self.clock,
             memory=memory,
             edition=self.edition,
+            speaks=self.world.speaks(spec, CLEARANCE),
+            peer_round_trip_s=0.0 if self.world.peer_link is None else self.world.peer_link.round_trip_s,
         )
 
     def _drain_batteries(self) -> None:

@@ -18,6 +18,8 @@ THRESHOLD_M = 0.5
 BOX_SIDE_M = 0.3
 BOX_HEIGHT_M = 0.8
 BALL_RADIUS_M = 0.05
+ROLLING_M_S2 = 0.9
+"""How fast the floor slows a rolling ball down: a robot brakes at 1 m/s², and the paper does not describe its floor."""
 GAP_M = (0.3, 0.48)
 """Distance of an obstacle from the hull: within the threshold, and enough to stop for a robot that detects it."""
 BESIDE_M = 0.1
@@ -113,7 +115,7 @@ class Interferer:
         if self._kind is Kind.BOX:
             self._body = scene.put_box(point, pose.heading_rad, side_m=BOX_SIDE_M, height_m=BOX_HEIGHT_M)
         else:
-            self._body = scene.put_ball(point, radius_m=BALL_RADIUS_M)
+            self._body = scene.put_ball(point, radius_m=BALL_RADIUS_M, rolling_m_s2=ROLLING_M_S2)
         self.done.append(Interference(since_s=now_s))
 
     def _past(self, pose: Pose) -> bool:

@@ -1,15 +1,16 @@
-from math import radians
+from math import copysign, radians
 
 import numpy as np
 import pytest
 
 from benchmarks.bodies import embodied
+from robots.adapters.peripheral import CLOSED, OPEN
 from robots.physical.body import RADIUS_M, Pose
-from robots.world import WorldFile
+from robots.world import WorldFile, load_world
 from robots.world.walls import Panel
 from sim.bodies import FloorMap
 from sim.snapshot import Rock
-from tests.sim.rig import fred, run_s, simulate, two_rooms
+from tests.sim.rig import fred, run_s, simulate, two_rooms, with_only
 
 TO_JAWS_M = 0.31
 WALL = Panel(start=(2.0, 0.0), end=(2.0, 2.0))
@@ -64,6 +65,32 @@ def test_no_avatar_goes_through_a_wall_a_hatch_or_a_closed_door(
     assert RADIUS_M + 0.03 < pose.x_m < 2 - RADIUS_M - 0.03
     assert RADIUS_M + 0.03 < pose.y_m < 2 - RADIUS_M - 0.03
     assert simulation.bodies["fred"].sense().bumper
+
+
+@pytest.mark.parametrize(("start_m", "speed_m_s"), [(4.9, 0.5), (6.1, -0.5)])
+def test_a_door_stops_an_avatar_until_it_is_open_and_again_once_it_is_closed(
+    start_m: float, speed_m_s: float
+) -> None:
+    """The door stands at x = 5.5 m."""
+    simulation, puppets = simulate(avatar(with_only(load_world("guarded_store"), "store_1")))
+    gate = simulation.peripherals.mechanisms["gate_1"]
+
+    def drive_s(seconds: float, velocity_m_s: float) -> float:
+        """The end's distance beyond the door, along the way of the first drive."""
+        puppets["store_1"].velocity = (velocity_m_s, 0.0)
+        run_s(simulation, seconds)
+        return (simulation.scene.pose("store_1").x_m - 5.5) * copysign(1.0, speed_m_s)
+
+    simulation.scene.put_rover("store_1", Pose(x_m=start_m, y_m=6.3, heading_rad=0.0))
+    assert drive_s(3.0, speed_m_s) < -RADIUS_M - 0.03
+    assert simulation.bodies["store_1"].sense().bumper
+    gate.go_to(OPEN)
+    assert drive_s(4.1, 0.0) < -RADIUS_M
+    assert drive_s(2.5, speed_m_s) > 0.5
+    gate.go_to(CLOSED)
+    drive_s(4.1, 0.0)
+    assert drive_s(4.0, -speed_m_s) > RADIUS_M + 0.03
+    simulation.close()
 
 
 def test_an_avatar_passes_a_gap_and_comes_to_where_its_velocity_takes_it() -> None:

@@ -50,6 +50,25 @@ def test_a_force_deflects_the_heads_by_its_size_over_their_stiffness() -> None:
         assert beam.deflection(rover) == pytest.approx(force_n / 2 / STIFFNESS_N_M, rel=0.02)
 
 
+def test_a_head_exerts_on_its_robot_what_the_object_has_of_it() -> None:
+    """Jaws 0.02 m too far out each: the object pulls both robots towards its middle, with the spring's force."""
+    beam = beam_of()
+    run(beam, 2, fred=moved(LEFT, 0.02j), ginger=moved(RIGHT, -0.02j))
+    pull_n = 0.02 * STIFFNESS_N_M
+    assert beam.load("fred").force_n == pytest.approx(-1j * pull_n, abs=0.05)
+    assert beam.load("ginger").force_n == pytest.approx(1j * pull_n, abs=0.05)
+    assert beam.load("fred").torque_n_m == pytest.approx(0.0, abs=0.05)
+
+
+def test_a_load_is_in_the_robots_own_frame() -> None:
+    facing_north = JawsPose(0.45j, pi / 2)
+    beam = Beam(LENGTH_M, 0j, pi / 2)
+    beam.grip("fred", 1, facing_north)
+    beam.grip("ginger", -1, RIGHT)
+    run(beam, 2, fred=moved(facing_north, 0.02j), ginger=moved(RIGHT, -0.02j))
+    assert beam.load("fred").force_n == pytest.approx(-0.02 * STIFFNESS_N_M, abs=0.05)
+
+
 def test_robots_too_far_apart_feel_the_object_between_them() -> None:
     beam = beam_of()
     run(beam, 2, fred=moved(LEFT, 0.02j), ginger=moved(RIGHT, -0.02j))

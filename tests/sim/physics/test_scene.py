@@ -55,6 +55,22 @@ def test_a_sample_is_pushed_through_a_hatch_that_stops_its_rover() -> None:
     assert fred(simulation).x_m < 2
 
 
+def test_a_ball_rolls_on_when_it_is_no_longer_pushed_until_the_floor_has_stopped_it() -> None:
+    simulation, puppets = simulate(two_rooms((0.5, 1, 0)))
+    ball = simulation.scene.put_ball((0.9, 1.0), radius_m=0.05, rolling_m_s2=0.2)
+    puppets["fred"].velocity = (0.3, 0.0)
+    run_s(simulation, 1.5)
+    assert simulation.scene.meets("fred", ball)
+    pushed_to_m = simulation.scene.point_of(ball)[0]
+    puppets["fred"].velocity = (0.0, 0.0)
+    run_s(simulation, 2)
+    assert not simulation.scene.meets("fred", ball)
+    rolled_m = simulation.scene.point_of(ball)[0] - pushed_to_m
+    assert rolled_m == pytest.approx(0.3**2 / (2 * 0.2), abs=0.02)
+    run_s(simulation, 1)
+    assert simulation.scene.point_of(ball)[0] - pushed_to_m == rolled_m
+
+
 def test_a_pushed_sample_stops_when_it_is_no_longer_pushed() -> None:
     simulation, puppets = simulate(two_rooms((1.2, 1, 0), samples={"rock": "pass"}))
     simulation.bodies["fred"].set_gripper(closed=True)

@@ -1,7 +1,9 @@
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
-from robots.wire import Message, PacketReport, PacketState, Performative, Receipt, Telemetry
+from robots.wire import Message, PacketReport, PacketState, Performative, Receipt, SpeechAct, Telemetry
+from robots.world import LinkSpec
 from sim.world.hub import MAX_WAITING, Hub
+from sim.world.radio import PeerRadios, Radio
 
 
 def telemetry(robot: str, at_s: float) -> Message:
@@ -119,3 +121,55 @@ def test_a_limited_number_of_messages_waits_for_a_snapshot() -> None:
     hub.flush(0.0)
     waited = [message.sent_at_s for message in service.receive()]
     assert waited == list(range(MAX_WAITING))
+
+
+def speech(sender: str, receiver: str) -> Message:
+    act = SpeechAct(content="hello", conversation_id=f"{sender}-{receiver}")
+    return Message(
+        performative=Performative.INFORM, sender=sender, receiver=receiver, sent_at_s=0.0, body=act
+    )
+
+
+def speaking(link: LinkSpec | None) -> Channel:
+    channel = Channel()
+    cut = Radio(LinkSpec.model_validate({"outages": [{"start_s": 0, "end_s": 1e6}]}))
+    peers = None if link is None else PeerRadios(link, seed=0)
+    channel.hub.connect({"fred": cut, "ginger": cut}, peers)
+    return channel
+
+
+def heard(channel: Channel, robot: str, at_s: float) -> list[str]:
+    channel.hub.receive(at_s)
+    return [message.sender for message in channel.hub.link_of(robot).receive()]
+
+
+def test_robots_hear_each_other_by_the_radio_between_them_while_the_uplink_is_cut() -> None:
+    channel = speaking(LinkSpec(delay_s=2.0))
+    fred = channel.hub.link_of("fred")
+    fred.send(speech("fred", "ginger"))
+    fred.send(report("fred", 0.0))
+    assert heard(channel, "ginger", 0.0) == []
+    assert heard(channel, "ginger", 2.0) == ["fred"]
+    assert channel.arrived() == [], "the uplink is cut, and what is not for the service does not go there"
+    assert channel.hub.peer_letters == 1
+
+
+def test_robots_of_a_world_without_a_radio_between_them_do_not_hear_each_other() -> None:
+    channel = speaking(None)
+    channel.hub.link_of("fred").send(speech("fred", "ginger"))
+    assert heard(channel, "ginger", 10.0) == []
+
+
+def test_no_robot_speaks_in_the_name_of_another() -> None:
+    channel = speaking(LinkSpec())
+    channel.hub.link_of("fred").send(speech("ginger", "fred"))
+    assert heard(channel, "fred", 0.0) == []
+
+
+def test_what_is_said_to_a_robot_that_is_not_simulated_leaves_the_world() -> None:
+    channel = speaking(LinkSpec())
+    channel.hub.link_of("fred").send(speech("fred", "rover"))
+    assert heard(channel, "ginger", 0.0) == []
+    assert [kind for kind, _, _ in channel.arrived()] == ["speech_act"]
+    channel.service.send(speech("rover", "ginger"))
+    assert heard(channel, "ginger", 1.0) == ["rover"]

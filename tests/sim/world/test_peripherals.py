@@ -109,3 +109,24 @@ def test_a_door_goes_on_opening_from_a_snapshot() -> None:
     assert resumed.peripherals.mechanisms["gate_1"].state == OPEN
     simulation.close()
     resumed.close()
+
+
+def test_a_door_that_shuts_spares_the_robot_under_it_and_says_that_it_does_not_stay_open() -> None:
+    simulation = simulated()
+    gate = simulation.peripherals.mechanisms["gate_1"]
+    gate.go_to(OPEN)
+    run_s(simulation, 4.2)
+    simulation.scene.put_rover("store_1", Pose(x_m=5.5, y_m=6.3, heading_rad=0.0))
+    gate.broken = Fault.SHUTS
+    for _ in range(20 * 8):
+        gate.move(0.05)
+    assert (gate.state, gate.fault) == (OPEN, "")
+    simulation.scene.put_rover("store_1", BEFORE_GATE)
+    for _ in range(20 * 8):
+        gate.move(0.05)
+    assert (gate.state, gate.fault) == (CLOSED, "it does not stay open")
+    gate.broken = Fault.NONE
+    for _ in range(20 * 5):
+        gate.move(0.05)
+    assert (gate.state, gate.fault) == (OPEN, "")
+    simulation.close()
