@@ -23,3 +23,7 @@ class SensorOff(RobotError):
 
 class ResultError(RobotError):
     """Raised when a packet cannot bring a result; names the camera or quantity."""
+
+
+class RuleError(RobotError):
+    """Raised when a rule file cannot be used; names the file, the line and the column of each fault."""

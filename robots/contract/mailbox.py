@@ -8,6 +8,7 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 
 from robots.contract.known_scripts import remember
 from robots.contract.memory import MailboxMemory
@@ -22,6 +23,8 @@ from robots.wire import (
     Receipt,
     Refusal,
     SetPoint,
+    SpeechAct,
+    SpeechReport,
     UnknownBody,
     UnknownKinds,
 )
@@ -59,6 +62,7 @@ class Mailbox:
         self.changes = 0
         """Counts the changes of what `memory` holds."""
         self._unknown_kinds = UnknownKinds()
+        self._speech: list[Message] = []
 
     @property
     def kept(self) -> int:
@@ -105,6 +109,14 @@ class Mailbox:
                 self._note(message.id, None)
                 new.append(message)
         return new
+
+    def speech(self) -> Sequence[Message]:
+        """The speech acts that the last `collect` has found."""
+        return self._speech
+
+    def pass_on(self, message: Message) -> None:
+        """Send a message of the robot's own making, without guarantee that it arrives."""
+        self._send(message)
 
     def answer(self, request: Message, performative: Performative, body: Body, now_s: float) -> None:
         """Answer a request and keep the answer for its repetitions."""
@@ -161,9 +173,13 @@ class Mailbox:
         try:
             arrived = [message for message in self._link.receive() if message.receiver == self._name]
         except LinkClosed:
+            self._speech = []
             return []
-        self._has_received |= bool(arrived)
-        return arrived
+        # NOTE: only the service gives orders, and only its messages show that there is contact with it.
+        self._speech = [message for message in arrived if isinstance(message.body, SpeechAct)]
+        of_service = [message for message in arrived if message.sender == SERVICE]
+        self._has_received |= bool(of_service)
+        return [message for message in of_service if not isinstance(message.body, SpeechAct)]
 
     def _send(self, message: Message) -> None:
         with suppress(LinkClosed):  # what matters is kept and resent
@@ -174,10 +190,11 @@ class Mailbox:
         self.changes += answer is not None
 
     def _drop_one(self) -> None:
-        """Drop the oldest packet report without results; without any, the oldest report."""
-        bodies = ((key, kept.message.body) for key, kept in self._kept.items())
+        """Drop the oldest report on what others have said; else that on a packet without results; else the oldest."""
+        bodies = [(key, kept.message.body) for key, kept in self._kept.items()]
+        speech = (key for key, body in bodies if isinstance(body, SpeechReport))
         spare = (key for key, body in bodies if isinstance(body, PacketReport) and not body.results)
-        del self._kept[next(spare, next(iter(self._kept)))]
+        del self._kept[next(chain(speech, spare, self._kept))]
 
     def _compose(
         self, performative: Performative, body: Body, now_s: float, reply: str | None = None

@@ -18,3 +18,18 @@ class StaleMemory(Checked):
 
     cancelled: tuple[str, ...] = ()
     revisions: dict[str, int] = Field(default_factory=dict)
+
+
+class OwedClearance(Checked):
+    """A robot that is to be told of an action's end and has not confirmed it. `until_s`: when it no longer waits."""
+
+    robot: str
+    script_id: str
+    action: str
+    until_s: float
+
+
+class SocialMemory(Checked):
+    """What a robot has still to say to others, oldest first."""
+
+    owed: tuple[OwedClearance, ...] = ()

@@ -51,3 +51,8 @@ class MemoryFile:
             os.fsync(folder)
         finally:
             os.close(folder)
+
+
+def counter_file(memory: Path) -> MemoryFile:
+    """Beside a robot's memory: the counters of the orders that it has taken (`robots.link.mqtt.order_check`)."""
+    return MemoryFile(memory.with_name(memory.name + ".counters"))

@@ -7,12 +7,15 @@ from robots.clock import Clock
 from robots.conditions.facts import REPORTED
 from robots.contract.known_scripts import StaleScripts, remember, supersedes
 from robots.contract.mailbox import Mailbox
+from robots.contract.memory import SocialMemory
 from robots.contract.telemetry_rate import TELEMETRY_S, is_due
 from robots.errors import RepertoireError, SensorFault
 from robots.executive.control_loop import LOOPS, ControlLoop
+from robots.executive.deliberation import Deliberation
 from robots.executive.discoveries import Discoveries
 from robots.executive.executive import Executive
 from robots.executive.memory import RobotMemory
+from robots.executive.society import Clearing, Society
 from robots.executive.telemetry import telemetry
 from robots.executive.teleoperation import Teleoperation
 from robots.executive.trace import Trace
@@ -34,15 +37,19 @@ from robots.wire import (
     ControlVerb,
     Factsheet,
     Message,
+    PacketReport,
     PacketState,
     PacketTunings,
     Performative,
     Retune,
+    RuleSet,
+    RulesReport,
     ScriptReport,
     ScriptRequest,
     ScriptState,
     SetPoint,
     SetPointRefusal,
+    SpeechReport,
     StatusQuery,
     Telemetry,
     TraceQuery,
@@ -68,12 +75,17 @@ class BehaviouralAgent:
         repertoire: Repertoire | None = None,
         memory: RobotMemory | None = None,
         factsheet: Factsheet | None = None,
+        deliberation: Deliberation | None = None,
+        society: Society | None = None,
     ) -> None:
         """
+        :param deliberation: the robot's own rules; None: it has none.
         :param memory: the state saved before a power failure; None for a robot that starts again.
         :param factsheet: what the robot tells of itself when it starts, and once it has changed; None: nothing.
+        :param society: the robot's social level; None: it does not speak with other robots.
         """
         self._announced: Factsheet | None = None
+        self._society = society
         self.profile = profile
         self._body = body
         self._clock = clock
@@ -83,6 +95,7 @@ class BehaviouralAgent:
         self._tuning_version = 0
         self._tuning = PacketTunings()
         self._executive = Executive(profile, self._repertoire)
+        self._deliberation = deliberation
         self._discoveries = Discoveries(profile)
         self._upkeep = Upkeep(profile, load_self_level())
         self._teleoperation = Teleoperation(profile)
@@ -121,6 +134,8 @@ class BehaviouralAgent:
             sensing_saved_j=self._meter.saved_j,
             held=self._perception.held,
             announced=self._announced,
+            social=SocialMemory() if self._society is None else self._society.memory(),
+            mind=None if self._deliberation is None else self._deliberation.memory(),
         )
 
     def _recall(self, memory: RobotMemory) -> None:
@@ -136,6 +151,10 @@ class BehaviouralAgent:
         self._upkeep.state = memory.upkeep.saved()
         self._perception.held = memory.held
         self._announced = memory.announced
+        if self._society is not None:
+            self._society.recall(memory.social)
+        if self._deliberation is not None and memory.mind is not None:
+            self._deliberation.recall(memory.mind, now_s)
         self._meter = SensingMeter(
             load_powers(), used_j=memory.sensing_used_j, saved_j=memory.sensing_saved_j
         )
@@ -153,16 +172,27 @@ class BehaviouralAgent:
         self._meter.count(self._sensory.running, step_s)
         percepts = self._sense(now_s, step_s)
         one_shots = self._handle_messages(now_s)
+        self._speak()
         self._start_upkeep(percepts)
+        if self._deliberation is not None:
+            self._deliberation.cycle(self._executive, percepts, now_s)
         for found in self._discoveries.new(percepts):
             self._mailbox.report(Performative.INFORM, found, now_s)
         if percepts is not None:
             percepts.drive_command = self._teleoperation.command(now_s)
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
-        self._sensory.run((*self._loop.beside, *one_shots))
+        self._sensory.run((*self._beside(), *one_shots))
         self._announce(now_s)
         self._send_reports(now_s)
         self._send_telemetry(now_s)
+
+    def _beside(self) -> tuple[SensorAction, ...]:
+        """The sensor actions to run until the next tick, with those that the robot's rules need."""
+        beside = self._loop.beside
+        if self._deliberation is None:
+            return beside
+        further = self._deliberation.needs - {action.sensor for action in beside}
+        return (*beside, *(SensorAction(sensor=sensor) for sensor in sorted(further)))
 
     def _sense(self, now_s: float, step_s: float) -> Percepts | None:
         """The percepts of this tick; None during a sensor fault."""
@@ -221,6 +251,22 @@ class BehaviouralAgent:
                 self._handle(message, now_s)
         return READ_ONCE if self._deferred else ()
 
+    def _speak(self) -> None:
+        """Let the social level hear what other robots have said, and speak."""
+        arrived = self._mailbox.speech()
+        if self._society is not None:
+            self._society.step(arrived, self)
+
+    def clear_by(self, script_id: str, action: str, robot: str) -> Clearing:
+        """See `robots.executive.society.Situated`, as for the next two."""
+        return self._executive.clear_by(script_id, action, robot)
+
+    def send(self, message: Message) -> None:
+        self._mailbox.pass_on(message)
+
+    def tell_service(self, report: SpeechReport) -> None:
+        self._mailbox.report(Performative.INFORM, report, report.at_s)
+
     def _needs_percepts(self, message: Message) -> bool:
         """True if handling the message makes a report with percepts."""
         if isinstance(message.body, ScriptRequest):
@@ -253,6 +299,8 @@ class BehaviouralAgent:
                 self._mailbox.tell(message, self.trace.report(now_s, seconds, conditions), now_s)
             case Retune() as wanted:
                 self._retune(message, wanted, now_s)
+            case RuleSet() as rules:
+                self._follow(message, rules, now_s)
             case SetPoint() as set_point:
                 self._drive(message, set_point, now_s)
 
@@ -292,6 +340,19 @@ class BehaviouralAgent:
             message, performative, TuningReport(version=wanted.version, reason=reason), now_s
         )
 
+    def _follow(self, message: Message, wanted: RuleSet, now_s: float) -> None:
+        """Follow other rules. An older version than the current one changes nothing."""
+        mind = self._deliberation
+        reason: str | None = f"{self.profile.name} has no deliberative level"
+        digests: dict[str, str] = {}
+        if mind is not None:
+            is_new = wanted.version >= mind.version
+            reason = mind.follow(wanted.files, wanted.version, now_s) if is_new else None
+            digests = dict(mind.digests)
+        performative = Performative.AGREE if reason is None else Performative.REFUSE
+        report = RulesReport(version=wanted.version, reason=reason or "", digests=digests)
+        self._mailbox.answer(message, performative, report, now_s)
+
     def _drive(self, message: Message, wanted: SetPoint, now_s: float) -> None:
         """Drive by an operator's set-point, or refuse it. One that arrives too late is ignored."""
         driving = self._teleoperation
@@ -328,10 +389,18 @@ class BehaviouralAgent:
         self._unannounced = None
         self._mailbox.report(Performative.INFORM, self._announced, now_s)
 
+    def _owe_clearance(self, report: PacketReport) -> None:
+        """Have those told of a packet's end who wait for it."""
+        packet = self._executive.packet(report.script_id, report.packet_id)
+        if self._society is not None and packet is not None and packet.tells:
+            self._society.packet_ended(packet)
+
     def _send_reports(self, now_s: float) -> None:
         if (ended := self._teleoperation.settle(self._executive, self._percepts, now_s)) is not None:
             self._mailbox.report(Performative.INFORM, ended, now_s)
         for report in self._executive.take_reports():
             ended_badly = isinstance(report, ScriptReport) and report.state is not ScriptState.FINISHED
             self._mailbox.report(Performative.FAILURE if ended_badly else Performative.INFORM, report, now_s)
+            if isinstance(report, PacketReport) and report.state is PacketState.FINISHED:
+                self._owe_clearance(report)
         self._mailbox.resend(now_s)

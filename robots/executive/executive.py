@@ -1,14 +1,18 @@
 """The executive: runs one behaviour script, packet after packet, without needing the link (MACTA §3, fig. 3)."""
 
+from collections import deque
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from robots.conditions.facts import perceived
 from robots.contract.known_scripts import ENDED, ScriptStates
 from robots.errors import RepertoireError
 from robots.executive.memory import ExecutiveMemory, ScriptMemory
-from robots.executive.packet_run import Outcome, PacketRun
+from robots.executive.own_packets import AT_MOST_S, OwnPackets, why_not_now
+from robots.executive.packet_run import Change, Outcome, PacketRun
 from robots.executive.reports import Report, cancelled_before_arrival_report, packet_report, script_report
 from robots.executive.sensing_plan import BehaviourState, StateMachine, schedule
+from robots.executive.society import Clearing
 from robots.executive.trace import Instant, Trace
 from robots.perception.percepts import GRIP, NOTHING, Percepts
 from robots.physical.profile import RobotProfile
@@ -16,6 +20,7 @@ from robots.reactive.patterns import Responses
 from robots.reactive.synthesis import Motion
 from robots.repertoire import Repertoire, load_self_level
 from robots.wire import (
+    BehaviourPacket,
     BehaviourScript,
     ControlVerb,
     FailureCategory,
@@ -23,6 +28,18 @@ from robots.wire import (
     ScriptState,
     StatusReport,
 )
+
+BEGUN_AGAIN_AT_MOST = 3
+"""How often the deliberative level may begin one packet again (our choice)."""
+NEWS = 64
+
+
+class News(NamedTuple):
+    """A new state of a packet, or events that it has raised; without a tag, a script's end."""
+
+    tag: str
+    state: PacketState | ScriptState
+    events: tuple[str, ...]
 
 
 class Executive:
@@ -41,8 +58,18 @@ class Executive:
         self._state: ScriptState | None = None
         """The current script's, or the last one's."""
         self._reports: list[Report] = []
+        self._own: OwnPackets | None = None
+        """Packets of the robot's own that run in place of the current packet."""
+        self._suspended_s: float | None = None
+        """How long the current packet stays suspended at most; None if it is not."""
+        self._begun_again: dict[str, int] = {}
+        """How often packets of the script were begun again, by their ids."""
+        self.news: deque[News] = deque(maxlen=NEWS)
+        """What has become of packets and scripts, oldest first; for the deliberative level, which takes them."""
         self.end_reason = ""
         """Why the last script ended, in words; empty if it finished."""
+        self.own_reason = ""
+        """Likewise the last own packets between a script's."""
         self.responses = Responses()
         self.trace = Trace()
 
@@ -55,6 +82,12 @@ class Executive:
     def script(self) -> BehaviourScript | None:
         """The current script; None if none is active."""
         return self._script if self.active else None
+
+    def packet(self, script_id: str, packet_id: str) -> BehaviourPacket | None:
+        """A packet of the current script, or the last one; None if it is of another."""
+        if self._script is None or script_id != self._script.id:
+            return None
+        return next((one for one in self._script.packets if one.id == packet_id), None)
 
     @property
     def state(self) -> ScriptState | None:
@@ -78,9 +111,15 @@ class Executive:
     def behaviour(self) -> BehaviourState | None:
         """The current state of the script's state machine; None if no packet runs."""
         run = self.current
-        if run is None or self.state is ScriptState.PAUSED:
+        if run is None or self.state is ScriptState.PAUSED or self._suspended_s is not None:
             return None
+        if self._own is not None:
+            return self._own.behaviour
         return self._machine[run.packet.id, run.phase]
+
+    def state_of(self, script_id: str) -> ScriptState | None:
+        """The state of one of the last scripts, or of own packets between a script's; None for one not known."""
+        return self._states.of(script_id)
 
     def accept(self, script: BehaviourScript) -> str | None:
         """Accept a script, or return the reason against it. The robot's own script is cancelled for it."""
@@ -103,7 +142,92 @@ class Executive:
         self._index = 0
         self._machine = machine
         self._newest_order = 0
+        self._suspended_s = None
+        self._begun_again = {}
         self._note(ScriptState.ACCEPTED)
+        return None
+
+    def interpose(
+        self, own: BehaviourScript, percepts: Percepts | None, now_s: float, *, may_carry: bool, because: str
+    ) -> str | None:
+        """Run own packets in place of the current packet, which then goes on; or return the reason against it.
+
+        :param may_carry: also while the robot holds something. :param because: for the report.
+        """
+        run = self.current
+        if run is None or self._active_script.is_own:
+            return f"{self._profile.name} has no script to interrupt"
+        if self.state is ScriptState.PAUSED or self._suspended_s is not None or self._own is not None:
+            return f"script {self.script_id} is interrupted already"
+        if (reason := why_not_now(run, self._profile, percepts, may_carry=may_carry)) is not None:
+            return reason
+        try:
+            packets = OwnPackets(own, *self._prepare(own))
+        except RepertoireError as error:
+            return str(error)
+        if (reason := packets.why_not_between(self._profile, self._active_script)) is not None:
+            return reason
+        self._own = packets
+        self.own_reason = ""
+        self._states.note(own.id, ScriptState.ACCEPTED)
+        self._states.note(own.id, ScriptState.RUNNING)
+        self._remark(run, f"stands for {packets.current.packet.tag} of {because}", percepts, now_s)
+        return None
+
+    def withdraw_own(self, script_id: str, percepts: Percepts | None, now_s: float) -> None:
+        """End own packets; the script's packet goes on."""
+        if self._own is not None and self._own.script.id == script_id:
+            self._end_own(ScriptState.CANCELLED, "withdrawn", percepts, now_s)
+        elif self.script is not None and self.script.is_own and self.script_id == script_id:
+            self._end(ScriptState.CANCELLED, percepts, now_s, FailureCategory.CANCELLED, "withdrawn")
+
+    def suspend(self, reason: str, percepts: Percepts | None, now_s: float) -> str | None:
+        """Let the robot stand until `resume_suspended`, or return the reason against it."""
+        run = self.current
+        if run is None or self.state is ScriptState.PAUSED:
+            return "no packet is under way"
+        if run.grips:
+            return f"{run.packet.tag} moves the jaws"
+        if self._suspended_s is None:
+            self._suspended_s = AT_MOST_S
+            self._remark(run, f"is suspended: {reason}", percepts, now_s)
+        return None
+
+    def resume_suspended(self, percepts: Percepts | None, now_s: float) -> str | None:
+        """Go on with a suspended packet, or return the reason against it."""
+        run = self.current
+        if run is None or self._suspended_s is None:
+            return "no packet is suspended"
+        self._suspended_s = None
+        self._remark(run, "goes on", percepts, now_s)
+        return None
+
+    def begin_again(self, reason: str, percepts: Percepts | None, now_s: float) -> str | None:
+        """Begin the current packet again, or return the reason against it."""
+        run = self.current
+        if run is None or self._own is not None or self.state is ScriptState.PAUSED:
+            return "no packet is under way"
+        if run.grips:
+            return f"{run.packet.tag} moves the jaws"
+        count = self._begun_again.get(run.packet.id, 0)
+        if count >= BEGUN_AGAIN_AT_MOST:
+            return f"{run.packet.tag} was begun again {count} times"
+        self._begun_again[run.packet.id] = count + 1
+        self._suspended_s = None
+        self._remark(run, f"begins again: {reason}", percepts, now_s)
+        self._runs[self._index] = run.rebound(run.content)
+        return None
+
+    def give_up(self, reason: str, percepts: Percepts | None, now_s: float) -> str | None:
+        """Fail the current packet and its script, or return the reason against it."""
+        run = self.current
+        if run is None:
+            return "no packet is under way"
+        if run.grips:
+            return f"{run.packet.tag} moves the jaws"
+        self._apply(
+            run, run.fail(FailureCategory.ROBOT, f"was given up: {reason}", percepts), percepts, now_s
+        )
         return None
 
     def _prepare(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
@@ -200,10 +324,24 @@ class Executive:
             run.clear(ended)
         return None
 
+    def clear_by(self, script_id: str, action: str, robot: str) -> Clearing:
+        """Note that another robot says to have ended its part of an action; it is believed if the script names it."""
+        if not self.active or script_id != self.script_id:
+            return Clearing.SCRIPT_ENDED if script_id in self._states else Clearing.UNKNOWN_SCRIPT
+        taken = [run.clear_by(action, robot) for run in self._runs]
+        return Clearing.NOTED if any(taken) else Clearing.NOT_NAMED
+
     def step(self, percepts: Percepts, step_s: float) -> Motion:
         """Advance the script by one tick. No motion without a running script, nor before its sensors have read."""
         self.responses = Responses()
         self._stop_on_low_battery(percepts)
+        if self._suspended_s is not None and self.active and self.state is not ScriptState.PAUSED:
+            self._suspended_s -= step_s
+            if self._suspended_s <= 0:
+                self.resume_suspended(percepts, percepts.time_s)
+            return Motion()
+        if self._own is not None and self.state is not ScriptState.PAUSED:
+            return self._step_own(self._own, percepts, step_s)
         run = self.current
         behaviour = self.behaviour
         if run is None or behaviour is None or not percepts.data.holds(behaviour.needs):
@@ -214,6 +352,41 @@ class Executive:
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
         self._apply(run, outcome, percepts)
         return outcome.motion
+
+    def _step_own(self, own: OwnPackets, percepts: Percepts, step_s: float) -> Motion:
+        """One tick of own packets; the script's packet goes on when they have ended."""
+        run = own.current
+        outcome, ended = own.step(percepts, step_s)
+        self.responses = outcome.responses
+        self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
+        if outcome.change is not None:
+            self._tell(run, outcome.change)
+        if ended is not None:
+            detail = outcome.change.detail if outcome.change else ""
+            self._end_own(ended, detail, percepts, percepts.time_s)
+            return Motion()
+        return outcome.motion
+
+    def _end_own(self, state: ScriptState, detail: str, percepts: Percepts | None, now_s: float) -> None:
+        own = self._own
+        run = self.current
+        self._own = None
+        if own is None:
+            return
+        self._states.note(own.script.id, state)
+        self.own_reason = detail
+        if run is not None:
+            run.resume_after_own()
+            words = f": {detail}" if detail else ""
+            self._remark(run, f"goes on, {own.current.packet.tag} has {state.value}{words}", percepts, now_s)
+
+    def _remark(self, run: PacketRun, words: str, percepts: Percepts | None, now_s: float) -> None:
+        """Report something about a packet that does not change its state."""
+        detail = f"{run.packet.tag} {words}"
+        self._reports.extend(packet_report(self._active_script, run, run.state, percepts, now_s, detail))
+
+    def _tell(self, run: PacketRun, change: Change) -> None:
+        self.news.append(News(run.packet.tag, change.state, change.events))
 
     def _stop_on_low_battery(self, percepts: Percepts) -> None:
         """Fail the script at a critical battery level, but not while the jaws move or hold a long object."""
@@ -268,6 +441,7 @@ class Executive:
             return
         at_s = percepts.time_s if percepts else now_s
         script = self._active_script
+        self._tell(run, change)
         self._reports.extend(
             packet_report(
                 script, run, change.state, percepts, at_s, change.detail, change.events, change.results
@@ -302,7 +476,12 @@ class Executive:
         detail: str = "",
     ) -> None:
         self.end_reason = detail
+        if self._own is not None:
+            self._states.note(self._own.script.id, ScriptState.CANCELLED)
+            self._own = None
+        self._suspended_s = None
         self._note(state)
+        self.news.append(News("", state, ()))
         self._reports.extend(
             script_report(self._active_script, self._index, state, percepts, at_s, category, detail)
         )

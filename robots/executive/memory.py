@@ -6,8 +6,9 @@ the pose estimate. Not kept: sightings, tracked objects, the grid of its surroun
 
 from pydantic import ConfigDict, Field
 
-from robots.contract.memory import MailboxMemory, StaleMemory
+from robots.contract.memory import MailboxMemory, SocialMemory, StaleMemory
 from robots.data import Checked, Memory
+from robots.executive.mind_memory import MindMemory
 from robots.perception.localisation import EstimateMemory
 from robots.perception.progress import WayMemory
 from robots.reactive.stall import StallMemory
@@ -17,7 +18,8 @@ from robots.wire.operator import PacketTunings
 
 class PacketMemory(Memory):
     """The progress of one packet. `told`: the sensors whose defects were reported; `held_s`: when each event's
-    conditions last held, in the packet's time; `captures`: it has only its images left to take.
+    conditions last held, in the packet's time; `captures`: it has only its images left to take; `said_by`: by action
+    that it waits for, the robots that have said to have ended it.
     """
 
     state: PacketState
@@ -31,6 +33,7 @@ class PacketMemory(Memory):
     raised: frozenset[str] = frozenset()
     held_s: dict[str, float] = Field(default_factory=dict)
     captures: bool = False
+    said_by: dict[str, frozenset[str]] = Field(default_factory=dict)
 
 
 class ScriptMemory(Checked):
@@ -62,7 +65,8 @@ class UpkeepMemory(Memory):
 
 class RobotMemory(Checked):
     """The whole memory. `verdicts`: script id to the reason of its refusal, None if it was accepted; `announced`: the
-    last factsheet.
+    last factsheet; `social`: what it has still to say to other robots; `mind`: of the deliberative level, None without
+    one.
     """
 
     mailbox: MailboxMemory
@@ -77,3 +81,5 @@ class RobotMemory(Checked):
     sensing_saved_j: float
     held: str | None = None
     announced: Factsheet | None = None
+    social: SocialMemory = SocialMemory()
+    mind: MindMemory | None = None

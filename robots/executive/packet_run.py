@@ -93,11 +93,40 @@ class PacketRun:
         """Stop waiting for these actions, which have ended. May be called before the packet's turn."""
         self._memory.uncleared -= frozenset(ended)
 
+    def clear_by(self, action: str, robot: str) -> bool:
+        """Note that a robot says to have ended its part of an action; False if the packet does not wait for that."""
+        named = self.packet.told_by.get(action, ())
+        if robot not in named or action not in self.packet.after:
+            return False
+        said = self._memory.said_by.get(action, frozenset()) | {robot}
+        self._memory.said_by = {**self._memory.said_by, action: said}
+        if said >= set(named):
+            self.clear([action])
+        return True
+
+    @property
+    def cleared_by(self) -> dict[str, tuple[str, ...]]:
+        """By action that the packet waited for, the robots that have said to have ended it, if all have that did it."""
+        said_by = self._memory.said_by
+        return {
+            action: tuple(sorted(said_by[action]))
+            for action, named in self.packet.told_by.items()
+            if action in said_by and said_by[action] >= set(named)
+        }
+
     def rebound(self, content: BoundPacket) -> "PacketRun":
         """A new run of the same packet with another content."""
         run = PacketRun(self.packet, content, self._profile)
         run._memory.uncleared &= self._memory.uncleared
+        run._memory.said_by = dict(self._memory.said_by)
         return run
+
+    def resume_after_own(self) -> None:
+        """Go on after other packets have moved the robot: their way and their time are not this packet's."""
+        self._odometer.leave_out()
+        self._guard.forget_distance()
+        content = self.content
+        self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
 
     def memory(self) -> PacketMemory:
         self._memory.raised = self._watch.raised

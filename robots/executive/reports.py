@@ -42,6 +42,7 @@ def packet_report(
             events=events,
             detail=detail,
             results=results,
+            cleared_by=run.cleared_by if state is PacketState.RUNNING else {},
         )
     ]
 

@@ -48,6 +48,11 @@ class Odometer:
         self._last: Pose | None = None
         self._window: deque[tuple[float, float, float]] = deque(maxlen=WINDOW)
 
+    def leave_out(self) -> None:
+        """Add nothing for what was driven since the last update."""
+        self._last = None
+        self._window.clear()
+
     def update(self, odometry: Pose, step_s: float, raised: frozenset[str] = frozenset()) -> Progress:
         """Account for one tick; the first one adds nothing."""
         last = self._last

@@ -81,6 +81,13 @@ class StallGuard:
         self.state.idle_s = 0.0
         self.state.best_m = None
 
+    def forget_distance(self) -> None:
+        """Measure progress anew: something else has moved the robot."""
+        self.state.best_m = None
+        self.state.idle_s = 0.0
+        self.state.manoeuvre_s = None
+        self._mark = None
+
     def manoeuvre(
         self, percepts: Percepts, step_s: float, speed_m_s: float, turn_rad_s: float
     ) -> Motion | None:

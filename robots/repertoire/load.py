@@ -240,6 +240,7 @@ def read_packet(file: Path) -> PacketSpec | SensedFacts:
     return _content(str(file), _text(file))
 
 
+@lru_cache(maxsize=64)
 def _content(origin: str, text: str) -> PacketSpec | SensedFacts:
     spec: PacketSpec | SensedFacts
     try:

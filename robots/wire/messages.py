@@ -13,29 +13,25 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
 from robots.data import StrEnum
-from robots.wire.operator import Retune, SetPoint, SetPointRefusal, TraceQuery, TraceReport, TuningReport
+from robots.wire.operator import (
+    Retune,
+    RuleSet,
+    RulesReport,
+    SetPoint,
+    SetPointRefusal,
+    TraceQuery,
+    TraceReport,
+    TuningReport,
+)
 from robots.wire.results import PacketResult
 from robots.wire.script import BehaviourScript, FailureCategory, PacketState, ScriptState, SymbolicFact, Wire
+from robots.wire.speech import Performative, SpeechAct, SpeechReport
 
 CONTRACT = "1.0"
 """The version of the contract: minor versions add fields and kinds, a major one may change them (docs/robots.md)."""
 WORLD = "_world"
 """The world itself as sender and receiver; no robot can have this name."""
 MAX_FACTSHEET_BYTES = 16 * 1024
-
-
-class Performative(StrEnum):
-    """FIPA performatives."""
-
-    REQUEST = "request"
-    AGREE = "agree"
-    REFUSE = "refuse"
-    INFORM = "inform"
-    FAILURE = "failure"
-    QUERY = "query"
-    CANCEL = "cancel"
-    CONFIRM = "confirm"
-    NOT_UNDERSTOOD = "not-understood"
 
 
 class ControlVerb(StrEnum):
@@ -101,7 +97,8 @@ class Refusal(Wire):
 class PacketReport(Wire):
     """Robot to service: a packet has changed its state or raised `events` (inform).
 
-    `results`: what a packet that has finished brings beside its effects.
+    `results`: what a packet that has finished brings beside its effects. `cleared_by`: of a packet that has begun, by
+    action that it waited for, the robots that have said to have ended it (`BehaviourPacket.told_by`).
     """
 
     kind: Literal["packet_report"] = "packet_report"
@@ -113,6 +110,7 @@ class PacketReport(Wire):
     events: tuple[str, ...] = ()
     detail: str = ""
     results: tuple[PacketResult, ...] = Field(default=(), max_length=4)
+    cleared_by: dict[str, tuple[str, ...]] = Field(default_factory=dict, max_length=256)
 
 
 class ScriptReport(Wire):
@@ -143,6 +141,35 @@ class UpkeepReport(Wire):
     driver: str | None = None
 
 
+class FaultLevel(StrEnum):
+    """How grave a fault of a robot is, as in VDA 5050 3.0."""
+
+    WARNING = "warning"
+    """The robot goes on."""
+    URGENT = "urgent"
+    """It goes on, but somebody should look after it."""
+    CRITICAL = "critical"
+    """It cannot go on with what it does, but with something else."""
+    FATAL = "fatal"
+    """It cannot go on until somebody intervenes."""
+
+
+class RobotFault(Wire):
+    """A fault in the robot's own words: they are shown, and nothing is decided by them."""
+
+    level: FaultLevel
+    type: str = Field(max_length=128)
+    text: str = Field(default="", max_length=1024)
+
+
+class FaultReport(Wire):
+    """Robot to service: all faults that it has now, none once all are gone (inform). Sent when they have changed."""
+
+    kind: Literal["fault_report"] = "fault_report"
+    at_s: float
+    faults: tuple[RobotFault, ...] = Field(max_length=32)
+
+
 class SampleReport(Wire):
     """Robot to service: a sample that the robot was not told of lies in a place (inform)."""
 
@@ -171,9 +198,11 @@ class Factsheet(Wire):
     `body` and `sensors` as in a world file, each a kind or one with its measures; `repertoire`: its packets' tags.
     `compartment`, `aisle`, `home`: the area and home that it keeps to; without a compartment, that in which it stands.
     `senses`: the predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: what was
-    said before of it, or none. What it does not perceive it is told by clearance.
+    said before of it, or none. What it does not perceive it is told by clearance. `speaks`: what it says to other
+    robots and takes from them, such as `clearance`; left out: what was said before of it, or nothing.
     `start`: where it stands, x and y in metres, heading in degrees. `edition`: of the world that made it so; None for a
     robot that is not simulated. `contract`: the version that the robot was made for; empty if it does not say.
+    `peripheral`: of a door, hatch or lift, all that a world file says of it but its name; speeds are left out then.
     """
 
     kind: Literal["factsheet"] = "factsheet"
@@ -181,15 +210,17 @@ class Factsheet(Wire):
     body: dict[str, Any] | str = "velocity"
     sensors: tuple[dict[str, Any] | str, ...] = Field(default=(), max_length=32)
     senses: tuple[str, ...] | None = Field(default=None, max_length=64)
+    speaks: tuple[str, ...] | None = Field(default=None, max_length=16)
     repertoire: tuple[str, ...] = Field(max_length=256)
-    speed_m_s: float = Field(gt=0)
-    turn_rad_s: float = Field(gt=0)
+    speed_m_s: float = Field(default=0.0, ge=0)
+    turn_rad_s: float = Field(default=0.0, ge=0)
     compartment: str | None = None
     aisle: str | None = None
     home: str | None = None
     start: tuple[float, float, float] | None = None
     edition: int | None = Field(default=None, ge=0)
     contract: str = ""
+    peripheral: dict[str, Any] | None = None
 
     @property
     def content(self) -> "Factsheet":
@@ -198,6 +229,8 @@ class Factsheet(Wire):
 
     @model_validator(mode="after")
     def _can_be_kept(self) -> Self:
+        if self.peripheral is None and not (self.speed_m_s > 0 and self.turn_rad_s > 0):
+            raise ValueError("the factsheet of a robot has speed_m_s and turn_rad_s, both greater than 0")
         text = json.dumps(self.model_dump(mode="python"), allow_nan=False)
         if len(text) > MAX_FACTSHEET_BYTES:
             raise ValueError(f"a factsheet of {len(text)} bytes; at most {MAX_FACTSHEET_BYTES} are taken")
@@ -332,6 +365,7 @@ KnownBody = Annotated[
     | ScriptReport
     | StatusReport
     | UpkeepReport
+    | FaultReport
     | SampleReport
     | Factsheet
     | FactsheetAnswer
@@ -339,6 +373,8 @@ KnownBody = Annotated[
     | TraceReport
     | Retune
     | TuningReport
+    | RuleSet
+    | RulesReport
     | SetPoint
     | SetPointRefusal
     | Receipt
@@ -346,6 +382,8 @@ KnownBody = Annotated[
     | WorldEdition
     | ForeignState
     | NotUnderstood
+    | SpeechAct
+    | SpeechReport
     | Telemetry,
     Field(discriminator="kind"),
 ]

@@ -1,8 +1,8 @@
 """The messages by which an operator drives a robot, tunes its packets and inspects its synthesis."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, StringConstraints
 
 from robots.wire.script import Wire
 
@@ -15,6 +15,10 @@ RELEASE_FACTOR = 6.0
 """The drive ends this many times a set-point's validity after the last set-point."""
 TRACED_S = 60.0
 """The approximate length of the trace that a robot keeps."""
+
+MAX_RULE_FILES = 16
+RuleText = Annotated[str, StringConstraints(max_length=64 * 1024)]
+"""The text of one rule file (docs/rules.md)."""
 
 PacketTunings = dict[str, dict[str, dict[str, float]]]
 """Packet tag, pattern ("dof/name") and parameter ("stimulus.reach_m") to its new value."""
@@ -63,6 +67,30 @@ class TuningReport(Wire):
     kind: Literal["tuning_report"] = "tuning_report"
     version: int
     reason: str = ""
+
+
+class RuleSet(Wire):
+    """Service to robot: follow these rule files from now on (request).
+
+    They replace those sent before; none: no rules. `files`: the text of each by the name of its agent or role, agents
+    in order of rank. `version` counts up.
+    """
+
+    kind: Literal["rule_set"] = "rule_set"
+    version: int = Field(ge=0)
+    files: dict[str, RuleText] = Field(default_factory=dict, max_length=MAX_RULE_FILES)
+
+
+class RulesReport(Wire):
+    """Robot to service: the rules of that version are followed (agree), or refused for a reason (refuse).
+
+    `digests`: of the files that are followed now, by name, so that each side knows which text the other means.
+    """
+
+    kind: Literal["rules_report"] = "rules_report"
+    version: int
+    reason: str = ""
+    digests: dict[str, str] = Field(default_factory=dict)
 
 
 class TraceQuery(Wire):

@@ -74,6 +74,14 @@ class FailureCategory(StrEnum):
     INTERNAL = "internal"
 
 
+class Recipient(Wire):
+    """A robot that waits for an action, by which script, and for how long at most."""
+
+    robot: str
+    script_id: str
+    within_s: float = Field(gt=0)
+
+
 class BehaviourPacket(Wire):
     """One step of a script.
 
@@ -81,6 +89,8 @@ class BehaviourPacket(Wire):
     `requires` are the conditions of the plan-net action, `awaits` those of them that another robot brings about and
     this robot must therefore sense before it starts; `after` are the ids of actions that must have ended, which it
     cannot sense: it waits for a `Clearance` that names them; `achieves` are the linking goals.
+    `told_by` are, by such an action, the robots that say to each other when they have ended it: once all of them have
+    told this one, that is the clearance. `tells` are the robots to be told of this packet's end.
     `instead_of` are other packets of the robot that achieve the same, `because` the facts about the robot and the place
     that decided for this one. `events` are facts that hold once the packet has raised an event, by its name.
     """
@@ -91,6 +101,8 @@ class BehaviourPacket(Wire):
     requires: tuple[SymbolicFact, ...] = ()
     awaits: tuple[SymbolicFact, ...] = ()
     after: tuple[str, ...] = ()
+    told_by: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    tells: tuple[Recipient, ...] = ()
     achieves: tuple[SymbolicFact, ...] = ()
     expected_start_s: float = Field(ge=0, description="seconds after the mission's start")
     expected_duration_s: float = Field(gt=0)

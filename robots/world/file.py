@@ -40,8 +40,15 @@ from robots.world.walls import WALL_THICKNESS_M, panels_of, solid_pieces
 ROBOT_WIDTH_M = 0.44
 
 
+CLEARANCE = "clearance"
+"""What a robot speaks that tells others of the end of its actions, and believes them."""
+
+
 class WorldFile(Checked):
-    """A whole world. Every name is unique in the file; every reference resolves."""
+    """A whole world. Every name is unique in the file; every reference resolves.
+
+    `peer_link`: the radio between two robots; left out, simulated robots do not hear each other.
+    """
 
     name: Name
     title: str = ""
@@ -58,6 +65,7 @@ class WorldFile(Checked):
     facts: tuple[WorldFact, ...] = ()
     numbers: tuple[WorldNumber, ...] = ()
     link: LinkSpec = LinkSpec()
+    peer_link: LinkSpec | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -184,6 +192,17 @@ class WorldFile(Checked):
     def link_of(self, robot: RobotSpec) -> LinkSpec:
         """The robot's radio: its own values, with the world's as defaults."""
         return self.link if robot.link is None else robot.link.over(self.link)
+
+    def speaks(self, robot: RobotSpec, what: str) -> bool:
+        """True if the robot says this to other robots and takes it from them."""
+        if robot.speaks is None:
+            return self.peer_link is not None and not robot.external
+        return what in robot.speaks and (robot.external or self.peer_link is not None)
+
+    @cached_property
+    def clearing(self) -> frozenset[str]:
+        """The robots that clear each other."""
+        return frozenset(robot.name for robot in self.robots if self.speaks(robot, CLEARANCE))
 
     @property
     def answer_s(self) -> float:

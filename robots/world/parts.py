@@ -114,6 +114,8 @@ class RobotSpec(Checked):
     `sensors`: further ones: cameras, and those of installed packages.
     `senses`: predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that its
     sensors perceive; none of an `external` robot. What it does not perceive it is told by clearance.
+    `speaks`: what it says to other robots and takes from them, such as `clearance`; left out: all that its software
+    can if the world has a `peer_link`; nothing of an `external` robot.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `link`: its radio, with the world's `link` as default for each value.
     `external`: software of its own speaks for it on the link; it is not simulated.
@@ -136,6 +138,7 @@ class RobotSpec(Checked):
     sonar: Sonar = ("real", "virtual")
     sensors: tuple[SensorSpec, ...] = ()
     senses: tuple[Name, ...] | None = Field(default=None, max_length=64)
+    speaks: tuple[Name, ...] | None = Field(default=None, max_length=16)
     tuning: Tuning = Field(default_factory=dict)
     link: LinkSpec | None = None
     external: bool = False

@@ -3,7 +3,7 @@
 It implements `Body` for on-robot software under test. What it knows of the truth, only tests may ask.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import atan2, cos, hypot, inf, pi, sin
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 
 from robots.clock import ManualClock
 from robots.executive.agent import BehaviouralAgent
+from robots.executive.deliberation import Deliberation
 from robots.link import InMemoryLink, Link
 from robots.physical.body import (
     ALL_SENSORS,
@@ -62,11 +63,13 @@ class FakeWorld:
         others: Sequence[str] = (),
         link: Link | None = None,
         packets: Repertoire | None = None,
+        mind: Callable[[RobotProfile], Deliberation] | None = None,
         **told: Any,
     ) -> InMemoryLink:
         """A rover with its agent; returns the service's end of its link.
 
-        :param packets: its repertoire's; None: those that ship. :param told: more of its `RobotProfile`.
+        :param packets: its repertoire's; None: those that ship. :param mind: makes its deliberative level. :param told:
+            more of its `RobotProfile`.
         """
         ours, theirs = InMemoryLink.pair()
         self.bodies[name] = FakeBody(self, name, pose)
@@ -77,6 +80,7 @@ class FakeWorld:
             link=link or theirs,
             clock=self.clock,
             repertoire=packets,
+            deliberation=None if mind is None else mind(profile),
         )
         return ours
 

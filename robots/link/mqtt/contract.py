@@ -22,6 +22,8 @@ DRAFT = "http://json-schema.org/draft-07/schema#"
 OF_FLEETS = (ForeignState, WorldChange, WorldEdition)
 """Bodies between the service and what simulates a world; no robot's."""
 WORLD_TOPIC = "world"
+HEARD = "heard"
+"""The channel of the speech that the robot hears."""
 RETAINED = {Channel.CONNECTION: "presence", Channel.FACTSHEET: "factsheet"}
 """The channels whose last message the broker keeps, with its name."""
 SUMMARIES = {
@@ -31,6 +33,7 @@ SUMMARIES = {
     Channel.VISUALIZATION: "The robot's telemetry, about once a second or faster while it moves; without an envelope.",
     Channel.CONNECTION: "Whether the robot is connected. Retained; `connection_broken` is its last will.",
     Channel.FACTSHEET: "What the robot is. Retained.",
+    Channel.SPEECH: "What the robot says to another one; only the robot may publish here.",
 }
 ABOUT = """\
 How a robot works with a Macta service over an MQTT 5 broker. This document describes the robot: it receives what the
@@ -78,7 +81,11 @@ def asyncapi() -> Schema:
                 "description": "The broker between service and robots; with TLS on port 8883 (mqtts).",
             }
         },
-        "channels": {**{channel.value: _channel(channel) for channel in Channel}, WORLD_TOPIC: _world()},
+        "channels": {
+            **{channel.value: _channel(channel) for channel in Channel},
+            HEARD: _heard(),
+            WORLD_TOPIC: _world(),
+        },
         "operations": _operations(),
         "components": {
             "parameters": {
@@ -86,6 +93,7 @@ def asyncapi() -> Schema:
                 "robot": {
                     "description": "The robot's name: a small letter, then small letters, digits and _."
                 },
+                "other": {"description": "Another robot's name."},
             },
             "messages": {name: _message(name) for name in examples()},
             "schemas": _components(),
@@ -123,6 +131,8 @@ def _kinds_of(channel: Channel) -> Sequence[str]:
     for name, said in examples().items():
         if isinstance(said, Telemetry):
             matches = channel is Channel.VISUALIZATION
+        elif channel is Channel.SPEECH:
+            matches = isinstance(said, Message) and channel_of(said) is channel
         elif isinstance(said, Message):
             matches = channel_of(said) is channel and (said.receiver == SERVICE) is to_service
         else:
@@ -137,12 +147,23 @@ def _takes_answers(channel: Channel) -> bool:
 
 
 def _channel(channel: Channel) -> Schema:
-    parameters = {name: {"$ref": f"#/components/parameters/{name}"} for name in ("world", "robot")}
+    names = ("world", "robot", "other") if channel is Channel.SPEECH else ("world", "robot")
+    parameters = {name: {"$ref": f"#/components/parameters/{name}"} for name in names}
     return {
-        "address": f"{ROOT}/{{world}}/{{robot}}/{channel.value}",
+        "address": f"{ROOT}/{{world}}/{{robot}}/{channel.value}" + "/{other}" * (channel is Channel.SPEECH),
         "description": SUMMARIES[channel],
         "parameters": parameters,
         "messages": _references(_kinds_of(channel)),
+    }
+
+
+def _heard() -> Schema:
+    parameters = {name: {"$ref": f"#/components/parameters/{name}"} for name in ("world", "robot", "other")}
+    return {
+        "address": f"{ROOT}/{{world}}/{{other}}/{Channel.SPEECH.value}/{{robot}}",
+        "description": "What another robot says to this one; only the other may publish here.",
+        "parameters": parameters,
+        "messages": _references(_kinds_of(Channel.SPEECH)),
     }
 
 
@@ -170,7 +191,11 @@ def _operations() -> Schema:
         )
         for channel in Channel
     }
-    return found | {"receive_world": _operation(WORLD_TOPIC, action="receive", qos=1, retain=True)}
+    heard = _operation(HEARD, action="receive", qos=Channel.SPEECH.qos, retain=False)
+    return found | {
+        f"receive_{HEARD}": heard,
+        "receive_world": _operation(WORLD_TOPIC, action="receive", qos=1, retain=True),
+    }
 
 
 def _operation(channel: str, *, action: str, qos: int, retain: bool) -> Schema:

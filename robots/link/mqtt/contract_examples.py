@@ -16,6 +16,8 @@ from robots.wire import (
     Factsheet,
     FactsheetAnswer,
     FactsheetState,
+    FaultLevel,
+    FaultReport,
     Message,
     NotUnderstood,
     PacketReport,
@@ -25,12 +27,17 @@ from robots.wire import (
     Receipt,
     Refusal,
     Retune,
+    RobotFault,
+    RuleSet,
+    RulesReport,
     SampleReport,
     ScriptReport,
     ScriptRequest,
     ScriptState,
     SetPoint,
     SetPointRefusal,
+    SpeechAct,
+    SpeechReport,
     StatusQuery,
     StatusReport,
     SymbolicFact,
@@ -48,6 +55,7 @@ from robots.wire.script import Wire
 ROBOT = "fred"
 SCRIPT = "mission-1:fred:0"
 AT_BAY = SymbolicFact(predicate="in", args=("sample_1", "bay_7"))
+FAULT = RobotFault(level=FaultLevel.URGENT, type="lidar", text="its window is dirty")
 HOLDING = SymbolicFact(predicate="holding", args=(ROBOT, "sample_1"))
 PACKETS = (
     BehaviourPacket(
@@ -117,6 +125,7 @@ def examples() -> Mapping[str, Wire]:
         _ask("c0ffef", p.CONFIRM, FactsheetAnswer(state=FactsheetState.IN_FORCE), reply="fred-1"),
         _ask("7e57", p.QUERY, TraceQuery(seconds=5.0)),
         _ask("fred:tuning:3", p.REQUEST, Retune(version=3, tuning={})),
+        _ask("fred:rules:2", p.REQUEST, RuleSet(version=2, files={"guard": "AGENT guard;"})),
         _ask("d41", p.REQUEST, SetPoint(driver="anna", number=8, speed_m_s=0.2, valid_s=0.5)),
         _tell(
             "fred-1",
@@ -164,6 +173,7 @@ def examples() -> Mapping[str, Wire]:
             reply=f"{SCRIPT}:status:120.5",
         ),
         _tell("fred-30", p.INFORM, UpkeepReport(tag="CHARGE", state=PacketState.RUNNING, at_s=400.0)),
+        _tell("fred-33", p.INFORM, FaultReport(at_s=405.0, faults=(FAULT,))),
         _tell("fred-31", p.INFORM, SampleReport(sample="sample_9", place="bay_2", at_s=410.0)),
         _tell(
             "fred-32",
@@ -190,7 +200,43 @@ def examples() -> Mapping[str, Wire]:
             reply="7e57",
         ),
         _tell("fred-33", p.AGREE, TuningReport(version=3), reply="fred:tuning:3"),
+        _tell(
+            "fred-38",
+            p.AGREE,
+            RulesReport(version=2, digests={"guard": "6b3c7d11a0f2"}),
+            reply="fred:rules:2",
+        ),
         _tell("fred-34", p.REFUSE, SetPointRefusal(driver="anna", reason="on a script"), reply="d41"),
+        Message(
+            id="fred-36",
+            performative=p.INFORM,
+            sender=ROBOT,
+            receiver="ginger",
+            sent_at_s=140.0,
+            body=SpeechAct(
+                content="ended(mission-1-ginger, a1)",
+                ontology="macta-mission",
+                protocol="macta-inform",
+                conversation_id="8b1f",
+                reply_by_s=440.0,
+            ),
+        ),
+        _tell(
+            "fred-37",
+            p.INFORM,
+            SpeechReport(
+                script_id=SCRIPT,
+                sender="ginger",
+                performative=p.INFORM,
+                content=f'ended("{SCRIPT}", a2)',
+                protocol="macta-inform",
+                conversation_id="77c0",
+                sent_at_s=150.0,
+                at_s=150.1,
+                answer=p.CONFIRM,
+                answer_content=f'ended("{SCRIPT}", a2)',
+            ),
+        ),
         _tell("fred-35", p.NOT_UNDERSTOOD, NotUnderstood(reason="unknown kind dance"), reply="d42"),
     )
     bare: Mapping[str, Wire] = {

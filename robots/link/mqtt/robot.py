@@ -1,18 +1,23 @@
 """The end of robots that do not drive their world: its fleet, or the service, announces run and time."""
 
+import logging
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 
 from pydantic import ValidationError
 
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.inbox import Inbox
+from robots.link.mqtt.order_check import CounterStore, OrderCheck
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.robot_sessions import RobotsEnd, presence, put_order, robot_publication, robot_session
 from robots.link.mqtt.session import Publication, Session
-from robots.link.mqtt.topics import ConnectionState, WorldAnnouncement, world_topic
+from robots.link.mqtt.signature import signers
+from robots.link.mqtt.topics import ConnectionState, WorldAnnouncement, robot_and_channel, world_topic
 from robots.wire import Message
+
+logger = logging.getLogger(__name__)
 
 
 class RobotLink(RobotsEnd):
@@ -28,18 +33,31 @@ class RobotLink(RobotsEnd):
         robots: Iterable[str],
         broker: Broker,
         *,
+        keys: Mapping[str, str] | None = None,
+        counters: Mapping[str, CounterStore] | None = None,
         wall_s: Callable[[], float] = time.monotonic,
     ) -> None:
-        """:param robots: those that this process speaks for; each has a client with its own last will."""
+        """
+        :param robots: those that this process speaks for; each has a client with its own last will.
+        :param keys: by robot, `MACTA_ROBOT_KEY` of its enrolment: it signs, and ignores orders that are not signed.
+        :param counters: by robot with a key, where the counters of orders are kept over restarts.
+        :raises OSError, ValueError: if counters cannot be read.
+        """
         self._world = world
         self.clock = FollowingClock(wall_s, extrapolated_s=float("inf"))
         """It runs on in radio silence: what was begun goes on, and its time limits hold."""
         self._run: str | None = None
         self._shown: dict[str, ConnectionState] = {}
         self._inbox = Inbox()
+        sign = signers(keys or {})
         self._robots = {
-            robot: robot_session(world, robot, broker, self._receive, shown=self._shown) for robot in robots
+            robot: robot_session(world, robot, broker, self._receive, shown=self._shown, sign=sign.get(robot))
+            for robot in robots
         }
+        self._checks = {
+            robot: OrderCheck(key, (counters or {}).get(robot)) for robot, key in (keys or {}).items()
+        }
+        self._doubted = dict.fromkeys(self._checks, 0)
         if not self._robots:
             raise ValueError("a robot's end of the link needs the name of at least one robot")
         names = "-".join(sorted(self._robots))
@@ -57,6 +75,11 @@ class RobotLink(RobotsEnd):
     def run(self) -> str | None:
         """The run of the world that was last announced; None before the first announcement."""
         return self._run
+
+    @property
+    def doubted(self) -> Mapping[str, int]:
+        """By robot with a key, the orders that were dropped: not signed, forged, changed, or sent again."""
+        return self._doubted
 
     def send(self, message: Message) -> None:
         """Send as the robot that is the message's sender. Dropped while the broker is unreachable, or without a run."""
@@ -76,6 +99,19 @@ class RobotLink(RobotsEnd):
         self._reactor.close()
 
     def _receive(self, publication: Publication) -> None:
+        # What robots say to each other is signed with keys that this one does not have.
+        robot, _ = robot_and_channel(publication.topic) or ("", None)
+        check = self._checks.get(robot)
+        if check is not None and (reason := check.doubt(publication)):
+            self._doubted[robot] += 1
+            if self._doubted[robot] == 1:
+                logger.warning(
+                    "an order to %s was ignored: %s; later ones are only counted. If it is the service's: give it the"
+                    " robot's key (MACTA_ROBOT_KEYS)",
+                    robot,
+                    reason,
+                )
+            return
         put_order(publication, self._inbox, self._run)
 
     def _follow(self, publication: Publication) -> None:

@@ -15,6 +15,8 @@ from robots.link.mqtt.topics import (
     channel_of,
     robot_and_channel,
     robot_topic,
+    speakers,
+    speech_topic,
 )
 from robots.wire import Message, Telemetry
 
@@ -45,7 +47,8 @@ def robot_session(
         broker,
         f"macta-{world}-{robot}",
         subscriptions=[
-            (robot_topic(world, robot, c), c.qos) for c in (Channel.ORDER, Channel.INSTANT_ACTIONS)
+            *((robot_topic(world, robot, c), c.qos) for c in (Channel.ORDER, Channel.INSTANT_ACTIONS)),
+            *([(speech_topic(world, "+", robot), Channel.SPEECH.qos)] if is_robot else ()),
         ],
         will=presence(world, robot, ConnectionState.CONNECTION_BROKEN) if is_robot else None,
         on_connected=first,
@@ -65,7 +68,9 @@ def robot_publication(world: str, message: Message, run: str) -> Publication:
     channel = channel_of(message)
     content = message.body if isinstance(message.body, Telemetry) else message
     return Publication(
-        topic=robot_topic(world, message.sender, channel),
+        topic=speech_topic(world, message.sender, message.receiver)
+        if channel is Channel.SPEECH
+        else robot_topic(world, message.sender, channel),
         payload=content.model_dump_json(exclude_defaults=content is not message).encode(),
         qos=channel.qos,
         retain=channel is Channel.FACTSHEET,
@@ -74,11 +79,21 @@ def robot_publication(world: str, message: Message, run: str) -> Publication:
 
 
 def put_order(publication: Publication, inbox: Inbox, run: str | None) -> None:
-    """Put a message to a robot into the inbox, if it is one, for the robot that the topic names, and of this run."""
+    """Put a message to a robot into the inbox, if it is one, for the robot that the topic names, and of this run.
+
+    On a topic for speech it must be of the robot that the topic names, which alone may publish there, and be speech.
+    """
     try:
         message = Message.model_validate_json(publication.payload)
     except ValidationError as error:
         inbox.reject(publication.topic, error)
+        return
+    pair = speakers(publication.topic)
+    if pair is not None:
+        if pair != (message.sender, message.receiver) or channel_of(message) is not Channel.SPEECH:
+            inbox.reject(publication.topic, f"it is no speech of {pair[0]} to {pair[1]}")
+        elif run is not None and publication.run == run:
+            inbox.put(message)
         return
     addressed = robot_and_channel(publication.topic)
     if addressed is None or addressed[0] != message.receiver:

@@ -15,6 +15,7 @@ from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.inbox import Inbox, Rejected
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
+from robots.link.mqtt.signature import OrderSigner
 from robots.link.mqtt.topics import (
     ANNOUNCE_INTERVAL_S,
     SERVICE,
@@ -95,6 +96,7 @@ class ServiceLink:
         self._inbox = Inbox()
         self._listener: Listener | None = None
         self._guard: Guard | None = None
+        self._orders: OrderSigner | None = None
         self._announced_run: str | None = None
         self._taken_up: str | None = None
         self._wall_s = wall_s
@@ -130,6 +132,10 @@ class ServiceLink:
     def guard(self, guard: Guard) -> None:
         """Set who judges messages before they are read; before `start`."""
         self._guard = guard
+
+    def sign_orders(self, signer: OrderSigner) -> None:
+        """Set who signs orders to robots that have a key; before `start`."""
+        self._orders = signer
 
     def start(self) -> None:
         self._reactor.start()
@@ -213,14 +219,13 @@ class ServiceLink:
         """Dropped while the broker is unreachable, or no run of the world is taken up."""
         if self._taken_up is None:
             return
-        self._session.publish(
-            Publication(
-                topic=robot_topic(self._world, message.receiver, channel_of(message)),
-                payload=message.model_dump_json().encode(),
-                qos=qos_of(message),
-                run=self._taken_up,
-            )
+        order = Publication(
+            topic=robot_topic(self._world, message.receiver, channel_of(message)),
+            payload=message.model_dump_json().encode(),
+            qos=qos_of(message),
+            run=self._taken_up,
         )
+        self._session.publish(order if self._orders is None else self._orders.sign(message.receiver, order))
 
     def receive(self, timeout_s: float = 0.0) -> Sequence[Message]:
         return self._inbox.take(timeout_s)

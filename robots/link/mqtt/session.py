@@ -12,6 +12,7 @@ from paho.mqtt.enums import CallbackAPIVersion, MQTTErrorCode, MQTTProtocolVersi
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
+from paho.mqtt.subscribeoptions import SubscribeOptions
 
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.buffered_client import BufferedClient
@@ -57,7 +58,7 @@ class Session:
         broker: Broker,
         client_id: str,
         *,
-        subscriptions: Sequence[tuple[str, int]] = (),
+        subscriptions: Sequence[tuple[str, int | SubscribeOptions]] = (),
         will: Publication | None = None,
         on_connected: Callable[[], Publication | None] = lambda: None,
         on_arrival: Callable[[Publication], None] = lambda publication: None,
@@ -65,7 +66,7 @@ class Session:
         sign: Callable[[Publication], Publication] | None = None,
     ) -> None:
         """
-        :param subscriptions: topics with their QoS.
+        :param subscriptions: topics with their QoS, or further options.
         :param on_connected: returns what to publish each time it is connected.
         :param on_arrival: called with each arrival, by the reactor's thread.
         :param sign: signs what is published; None: nothing is signed.
@@ -83,7 +84,10 @@ class Session:
         """It must not connect again."""
         self.connected = False
         self.wake: Callable[[Session], None] = lambda session: None
-        self._subscriptions = list(subscriptions)
+        self._subscriptions = [
+            (topic, options if isinstance(options, SubscribeOptions) else SubscribeOptions(qos=options))
+            for topic, options in subscriptions
+        ]
         self._on_connected = on_connected
         self._on_arrival = on_arrival
         self.client = self._client(broker, client_id, queued)

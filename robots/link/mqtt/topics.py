@@ -3,7 +3,7 @@
 from pydantic import Field
 
 from robots.data import StrEnum
-from robots.wire import Factsheet, ForeignState, Message, ScriptRequest, SetPoint, Telemetry
+from robots.wire import Factsheet, ForeignState, Message, ScriptRequest, SetPoint, SpeechAct, Telemetry
 from robots.wire.script import Wire
 
 ROOT = "macta/v1"
@@ -32,6 +32,8 @@ class Channel(StrEnum):
     """Whether the robot is connected; retained, and the last will."""
     FACTSHEET = "factsheet"
     """What the robot is, retained: a service that starts later reads it."""
+    SPEECH = "speech"
+    """What the robot says to another; the topic ends with the other's name. VDA 5050 has no such topic."""
 
     @property
     def qos(self) -> int:
@@ -44,6 +46,8 @@ def channel_of(message: Message) -> Channel:
         return Channel.VISUALIZATION
     if isinstance(message.body, Factsheet):
         return Channel.FACTSHEET
+    if isinstance(message.body, SpeechAct) and SERVICE not in (message.sender, message.receiver):
+        return Channel.SPEECH
     if message.receiver == SERVICE:
         return Channel.STATE
     return Channel.ORDER if isinstance(message.body, ScriptRequest) else Channel.INSTANT_ACTIONS
@@ -57,6 +61,17 @@ def qos_of(message: Message) -> int:
 def robot_topic(world: str, robot: str, channel: Channel) -> str:
     """`robot` may be "+", for all of the world."""
     return f"{ROOT}/{world}/{robot}/{channel}"
+
+
+def speech_topic(world: str, sender: str, receiver: str) -> str:
+    """Where one robot speaks to another: only the sender may publish, only the receiver reads. Either may be "+"."""
+    return f"{robot_topic(world, sender, Channel.SPEECH)}/{receiver}"
+
+
+def speakers(topic: str) -> tuple[str, str] | None:
+    """Sender and receiver of a topic on which robots speak to each other; None if it is another."""
+    parts = topic.split("/")
+    return (parts[3], parts[5]) if len(parts) == 6 and parts[4] == Channel.SPEECH else None
 
 
 def world_topic(world: str) -> str:

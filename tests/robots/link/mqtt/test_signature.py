@@ -79,6 +79,18 @@ def test_a_restarted_robot_is_believed_though_its_clock_stood_still() -> None:
     assert check.doubt(signer(101)(SAID), KEY) == ""
 
 
+def test_what_was_accepted_before_a_restart_is_refused_after_it_and_a_new_key_begins_anew() -> None:
+    check = SignatureCheck()
+    sign = signer()
+    recorded, later = sign(SAID), sign(SAID)
+    assert [check.doubt(one, KEY) for one in (recorded, later)] == ["", ""]
+    restarted = SignatureCheck(check.accepted)
+    assert "sent again" in restarted.doubt(recorded, KEY)
+    assert restarted.doubt(sign(SAID), KEY) == ""
+    renewed = Signer("another", epoch_ns=lambda: 1)
+    assert restarted.doubt(renewed(SAID), "another") == ""
+
+
 def test_a_signature_needs_nothing_but_hmac_sha256() -> None:
     """The example of docs/security.md, computed by `openssl dgst -sha256 -hmac a-key-of-fred`."""
     said = replace(SAID, counter="7")

@@ -1,0 +1,43 @@
+"""The interface to the deliberative level above: it may act on the executive in each tick, and asks for sensors."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+from robots.executive.executive import Executive
+from robots.executive.mind_memory import MindMemory
+from robots.perception.percepts import Needs, Percepts
+
+
+class Deliberation(Protocol):
+    """The robot's own rules."""
+
+    @property
+    def needs(self) -> Needs:
+        """The sensors that they need now, which the robot has."""
+        ...
+
+    def cycle(self, executive: Executive, percepts: Percepts | None, now_s: float) -> None:
+        """One tick. `percepts`: None during a sensor fault."""
+        ...
+
+    @property
+    def version(self) -> int:
+        """Of the rules that were sent last."""
+        ...
+
+    @property
+    def digests(self) -> Mapping[str, str]:
+        """Of the rule files in use, by name."""
+        ...
+
+    def follow(self, files: Mapping[str, str], version: int, now_s: float) -> str | None:
+        """Follow these rule files, or return the reason against them; then the present ones stay in use."""
+        ...
+
+    def memory(self) -> MindMemory:
+        """The state to restore after a power failure."""
+        ...
+
+    def recall(self, memory: MindMemory, now_s: float) -> None:
+        """Restore it. Rules that the robot can no longer follow are left out."""
+        ...
