@@ -52,6 +52,16 @@ interface Place {
   at: Point;
 }
 
+/** A door or hatch with its panel, or a lift with its cabin and a panel a stop. */
+interface Peripheral {
+  name: string;
+  kind: string;
+  start?: Point | null;
+  end?: Point | null;
+  cabin?: { x: Point; y: Point } | null;
+  stops?: { level: string; start: Point; end: Point }[];
+}
+
 interface WorldLayout {
   compartments: Floor[];
   walls?: Wall[];
@@ -59,6 +69,7 @@ interface WorldLayout {
   obstacles?: { at: Point; radius_m: number }[];
   slopes?: Floor[];
   zones?: Zone[];
+  peripherals?: Peripheral[];
   robots: { name: string; body: { kind: string } }[];
   link?: unknown;
 }
@@ -73,6 +84,7 @@ interface WorldEdit {
   zone?: Zone;
   speed_m_s?: number;
   repertoire?: string[];
+  external?: boolean;
 }
 
 /** A robot of a world's layout, as far as it is edited. */
@@ -80,6 +92,7 @@ interface EditedRobot {
   name: string;
   speed_m_s: number;
   repertoire: string[];
+  external?: boolean;
 }
 
 /** What a robot has told of itself, and what has become of it. */
@@ -311,9 +324,12 @@ interface RecordedResult extends Result {
   image?: string;
 }
 
+/** A robot, or by its `kind` a door, hatch or lift, whose `state` is `opened`, `closed`, a lift's level or unknown. */
 interface Robot {
   name: string;
   world: string;
+  kind?: string;
+  state?: string;
   connection: string;
   lost?: unknown;
   out_of_service?: { reason: string; taken_by: string } | null;
@@ -324,6 +340,7 @@ interface Robot {
   mission_id?: string | null;
   driven_by?: string | null;
   packet?: string | null;
+  packet_state?: string | null;
   holding?: string | null;
   battery?: number | null;
   repertoire?: string[];

@@ -27,6 +27,8 @@ interface State {
   /** Whether the service has older ones than are listed. */
   hasOlder: { goals: boolean; missions: boolean };
   robots: Robot[];
+  /** Doors, hatches and lifts. */
+  peripherals: Robot[];
   unknown: UnknownThing[];
   holds: Hold[];
   /** The robot, sample and plan action that are selected. */
@@ -126,6 +128,7 @@ interface WorldDrawing {
   showLayout(layout: WorldLayout): void;
   showSamples(places: Map<string, string>): void;
   showRobots(robots: Record<string, RobotTelemetry>, selected?: string | null): void;
+  showPeripherals(reports: Robot[], now?: number, selected?: string | null): void;
   clearTrails(): void;
 }
 

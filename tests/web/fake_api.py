@@ -226,6 +226,54 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
         return service.missions[mission_id]
 
 
+def add_robots(app: FastAPI, service: FakeService) -> None:
+    v1 = [Depends(require_token)]
+
+    @app.post("/v1/robots/{name}:teleoperate", dependencies=v1)
+    def teleoperate(name: str, body: dict[str, Any]) -> Any:
+        if name in service.undrivable:
+            problem = {"title": "Conflict", "status": 409, "detail": service.undrivable[name]}
+            return JSONResponse(problem, 409, media_type="application/problem+json")
+        service.set_points.append((name, body))
+        told = {"robot": name, "driver": body["session"], "driving": len(service.set_points) > 1}
+        limits = {"valid_s": 0.5, "most_m_s": 0.3, "most_rad_s": 1.0}
+        return JSONResponse(told | limits | {"last_heard_s": service.last_heard_s}, 202)
+
+    @app.post("/v1/robots/{name}:end_teleoperation", dependencies=v1)
+    def end_teleoperation(name: str, body: dict[str, Any]) -> Any:
+        service.released.append((name, body["session"]))
+        return JSONResponse({}, 202)
+
+    @app.get("/v1/robots/{name}/tuning", dependencies=v1)
+    def tuning(name: str) -> Any:
+        return service.tuning
+
+    @app.put("/v1/robots/{name}/tuning", dependencies=v1)
+    def tune(name: str, body: dict[str, Any], request: Request) -> Any:
+        if request.headers["if-match"] != f'"{service.tuning["version"]}"':
+            problem = {"title": "Tuning changed", "status": 412, "detail": "the tuning of yard_1 has changed"}
+            return JSONResponse(problem, 412, media_type="application/problem+json")
+        service.tune(body["tuning"])
+        return service.tuning
+
+    @app.get("/v1/robots/{name}/trace", dependencies=v1)
+    def trace(name: str, seconds: float) -> Any:
+        return service.trace
+
+    @app.post("/v1/robots/{name}:{verb}", dependencies=v1)
+    def declare(name: str, verb: str, body: Annotated[dict[str, str] | None, Body()] = None) -> Any:
+        service.declare(name, verb, **(body or {}))
+        return JSONResponse({}, 202)
+
+    @app.get("/v1/robots", dependencies=v1)
+    def robots() -> Any:
+        return items(service.robots())
+
+    @app.get("/v1/peripherals", dependencies=v1)
+    def peripherals() -> Any:
+        return items(service.peripherals())
+
+
 def create_app(service: FakeService) -> FastAPI:
     app = FastAPI()
     v1 = [Depends(require_token)]
@@ -273,52 +321,13 @@ def create_app(service: FakeService) -> FastAPI:
     add_changes(app, service)
     add_goals(app, service)
     add_missions(app, service)
+    add_robots(app, service)
 
     app.include_router(view_router(lambda: service.view), dependencies=v1)
     app.include_router(
         viewer_router(lambda: service.view, lambda asking: asking.cookies.get("macta") == TOKEN, max_open=8)
     )
     app.include_router(views_router(service.views, max_open=8))
-
-    @app.post("/v1/robots/{name}:teleoperate", dependencies=v1)
-    def teleoperate(name: str, body: dict[str, Any]) -> Any:
-        if name in service.undrivable:
-            problem = {"title": "Conflict", "status": 409, "detail": service.undrivable[name]}
-            return JSONResponse(problem, 409, media_type="application/problem+json")
-        service.set_points.append((name, body))
-        told = {"robot": name, "driver": body["session"], "driving": len(service.set_points) > 1}
-        limits = {"valid_s": 0.5, "most_m_s": 0.3, "most_rad_s": 1.0}
-        return JSONResponse(told | limits | {"last_heard_s": service.last_heard_s}, 202)
-
-    @app.post("/v1/robots/{name}:end_teleoperation", dependencies=v1)
-    def end_teleoperation(name: str, body: dict[str, Any]) -> Any:
-        service.released.append((name, body["session"]))
-        return JSONResponse({}, 202)
-
-    @app.get("/v1/robots/{name}/tuning", dependencies=v1)
-    def tuning(name: str) -> Any:
-        return service.tuning
-
-    @app.put("/v1/robots/{name}/tuning", dependencies=v1)
-    def tune(name: str, body: dict[str, Any], request: Request) -> Any:
-        if request.headers["if-match"] != f'"{service.tuning["version"]}"':
-            problem = {"title": "Tuning changed", "status": 412, "detail": "the tuning of yard_1 has changed"}
-            return JSONResponse(problem, 412, media_type="application/problem+json")
-        service.tune(body["tuning"])
-        return service.tuning
-
-    @app.get("/v1/robots/{name}/trace", dependencies=v1)
-    def trace(name: str, seconds: float) -> Any:
-        return service.trace
-
-    @app.post("/v1/robots/{name}:{verb}", dependencies=v1)
-    def declare(name: str, verb: str, body: Annotated[dict[str, str] | None, Body()] = None) -> Any:
-        service.declare(name, verb, **(body or {}))
-        return JSONResponse({}, 202)
-
-    @app.get("/v1/robots", dependencies=v1)
-    def robots() -> Any:
-        return items(service.robots())
 
     async def event_lines() -> AsyncIterator[str]:
         sent = 0

@@ -87,7 +87,7 @@ class FakeService:
     """Goals, plans and missions with canned answers."""
 
     def __init__(self) -> None:
-        self.world = load_world(WORLD)
+        self.show_world(WORLD)
         self.worlds = [WORLD]
         self.starting: set[str] = set()
         """Their names; those beside `world` are built alike, and nobody is in them."""
@@ -97,25 +97,6 @@ class FakeService:
         self.plans: dict[str, dict[str, Any]] = {}
         self.missions: dict[str, dict[str, Any]] = {}
         self.results: list[dict[str, Any]] = []
-        self.facts = [{"predicate": "in", "args": [s.name, s.at]} for s in self.world.samples]
-        self.telemetry = {
-            robot.name: {
-                "x_m": robot.start[0],
-                "y_m": robot.start[1],
-                "heading_rad": robot.start[2] * 3.14159265 / 180,
-                "ranges_m": [None, 1.2] * (robot.whiskers // 2),
-                "holding": None,
-                "battery": 0.97,
-                "packet_tag": None,
-                "packet_state": None,
-                "patterns": {},
-                "resultants": {},
-                "sensors": ["ultrasonic"],
-                "tags": {},
-                "at_s": 12.0,
-            }
-            for robot in self.world.robots
-        }
         self.unknown: list[dict[str, Any]] = []
         self.holds: list[dict[str, Any]] = []
         self.events: list[dict[str, Any]] = []
@@ -164,6 +145,39 @@ class FakeService:
             "makespan": ["0.0 to 40.9 s: yard_1"],
             "waits": [],
         }
+
+    def show_world(self, name: str) -> None:
+        """Have this world file's contents in the world `WORLD`."""
+        self.world = load_world(name)
+        self.facts = [{"predicate": "in", "args": [s.name, s.at]} for s in self.world.samples]
+        self.telemetry = {
+            robot.name: {
+                "x_m": robot.start[0],
+                "y_m": robot.start[1],
+                "heading_rad": robot.start[2] * 3.14159265 / 180,
+                "ranges_m": [None, 1.2] * (robot.whiskers // 2),
+                "holding": None,
+                "battery": 0.97,
+                "packet_tag": None,
+                "packet_state": None,
+                "patterns": {},
+                "resultants": {},
+                "sensors": ["ultrasonic"],
+                "tags": {},
+                "at_s": 12.0,
+            }
+            for robot in self.world.robots
+        }
+        self.states = {
+            one.name: {"open": "opened"}.get(one.state_at_start, one.state_at_start)
+            for one in self.world.peripherals
+        }
+        """Of doors, hatches and lifts."""
+        quiet = {"ranges_m": [], "sensors": [], "battery": None, "packet_tag": None, "packet_state": None}
+        for one in self.world.peripherals:
+            x_m, y_m = one.centre
+            still = {"heading_rad": 0.0, "holding": None, "patterns": {}, "resultants": {}, "tags": {}}
+            self.telemetry[one.name] = {"x_m": x_m, "y_m": y_m, **still, **quiet, "at_s": 12.0}
 
     def publish(self, type_: str, subject: str, **data: Any) -> None:
         """Tell of an event; the data of missions' names their goal, wherever that has changed too."""
@@ -423,32 +437,38 @@ class FakeService:
         self.publish("mission.repair_proposed", mission_id)
 
     def robots(self) -> list[dict[str, Any]]:
-        return [
-            {
-                "id": name,
-                "name": name,
-                "world": WORLD,
-                "connection": self.connection.get(name, "online"),
-                "lost": {"since_s": 0.0} if name in self.lost else None,
-                "out_of_service": {"reason": self.out_of_service[name], "taken_by": "administrator"}
-                if name in self.out_of_service
-                else None,
-                "last_heard_s": 0.2,
-                "heard_at_s": self.time_s - 0.2,
-                "silent": False,
-                "next_contact_s": 0.0,
-                "mission_id": None,
-                "driven_by": None,
-                "repertoire": ["NAVIGATE", "DOCK"],
-                "reach": ["door_1", "interchange_1"],
-                "pose": {key: told[key] for key in ("x_m", "y_m", "heading_rad")},
-                "packet": told["packet_tag"],
-                "battery": told["battery"],
-                "holding": told["holding"],
-            }
-            | self.hearing.get(name, {})
-            for name, told in self.telemetry.items()
-        ]
+        return [self._agent(name) | {"kind": "robot"} for name in self.telemetry if name not in self.states]
+
+    def peripherals(self) -> list[dict[str, Any]]:
+        """Doors, hatches and lifts."""
+        kinds = {one.name: one.kind.value for one in self.world.peripherals}
+        return [self._agent(name) | {"kind": kinds[name], "state": self.states[name]} for name in self.states]
+
+    def _agent(self, name: str) -> dict[str, Any]:
+        told = self.telemetry[name]
+        return {
+            "id": name,
+            "name": name,
+            "world": WORLD,
+            "connection": self.connection.get(name, "online"),
+            "lost": {"since_s": 0.0} if name in self.lost else None,
+            "out_of_service": {"reason": self.out_of_service[name], "taken_by": "administrator"}
+            if name in self.out_of_service
+            else None,
+            "last_heard_s": 0.2,
+            "heard_at_s": self.time_s - 0.2,
+            "silent": False,
+            "next_contact_s": 0.0,
+            "mission_id": None,
+            "driven_by": None,
+            "repertoire": ["NAVIGATE", "DOCK"],
+            "reach": ["door_1", "interchange_1"],
+            "pose": {key: told[key] for key in ("x_m", "y_m", "heading_rad")},
+            "packet": told["packet_tag"],
+            "packet_state": told["packet_state"],
+            "battery": told["battery"],
+            "holding": told["holding"],
+        } | self.hearing.get(name, {})
 
     def _plan(self, plan_id: str, goal_id: str) -> dict[str, Any]:
         return {

@@ -138,6 +138,32 @@ def test_speed_and_packets_of_a_robot_that_is_picked_are_changed(
     }
 
 
+@pytest.mark.parametrize("is_external", [False, True])
+def test_a_robot_is_replaced_by_its_own_software_and_its_twin_by_the_robot(
+    page: "Page", service: FakeService, is_external: bool
+) -> None:
+    from playwright.sync_api import expect
+
+    robots = [
+        one.model_copy(update={"external": is_external and one.name == "yard_2"})
+        for one in service.world.robots
+    ]
+    service.world = service.world.model_copy(update={"robots": tuple(robots)})
+    page.locator("#as-map").click()
+    page.get_by_test_id("edit-world").click()
+    page.get_by_test_id("edit-robot").select_option("yard_2")
+    speaker = page.get_by_test_id("edit-speaker")
+    expect(speaker).to_have_value("external" if is_external else "")
+    speaker.select_option("" if is_external else "external")
+    page.get_by_test_id("edit-change-robot").click()
+    expect(page.get_by_test_id("edits")).to_contain_text("change robot yard_2: external")
+    page.get_by_test_id("edit-reason").fill("its motor")
+    page.get_by_test_id("edit-make").click()
+    expect(page.get_by_test_id("edits").locator("li")).to_have_count(0)
+    edits = service.changes[0]["edits"]
+    assert edits == [{"edit": "change_robot", "name": "yard_2", "external": not is_external}]
+
+
 def test_robots_that_have_announced_themselves_are_admitted_or_refused(
     page: "Page", service: FakeService
 ) -> None:

@@ -8,7 +8,7 @@ playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Page, expect  # noqa: E402
 
 pytestmark = pytest.mark.browser
-CLOCK = ("/v1/worlds", "/v1/robots", "/v1/view")
+CLOCK = ("/v1/worlds", "/v1/robots", "/v1/peripherals", "/v1/view")
 
 
 def asked_of(page: Page) -> list[str]:

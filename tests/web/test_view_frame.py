@@ -222,7 +222,9 @@ def test_software_rendering_is_noted_beside_the_world_and_covers_none_of_it(
 def test_the_legend_has_the_colours_of_the_view(page: Page, viewed: tuple[FakeService, Viewer, str]) -> None:
     _, _, address = viewed
     page.goto(f"{address}/?token={TOKEN}")
+    page.locator("#legend summary").click()
     swatches = page.locator("#legend .swatch")
+    expect(swatches.first).to_be_visible()
     told = swatches.evaluate_all("all => all.map((one) => one.style.background)")
     colours = [palette.SELECTED, palette.SAMPLE, palette.PLACES["bay"], palette.OCCUPIED, palette.BEACON]
     assert {f"rgb{colour}" for colour in [*colours, palette.WHISKER_HIT]} <= set(told)

@@ -199,3 +199,52 @@ def test_the_map_shows_the_samples_as_they_were_asked_for_last(map_of: Page, ser
     last = place()
     held.hand_over()
     assert place() == last
+
+
+@pytest.fixture
+def guarded(page: Page, service: FakeService) -> Page:
+    """The map of a world with doors, a hatch and a lift."""
+    service.show_world("guarded_store")
+    page.reload()
+    page.get_by_role("button", name="Map").click()
+    expect(page.locator(".peripheral-mark")).to_have_count(4)
+    return page
+
+
+def test_doors_and_lifts_are_on_the_map_as_they_stand(guarded: Page, service: FakeService) -> None:
+    gate = guarded.locator(".peripheral-mark[data-robot=gate_1]")
+    lift = guarded.locator(".peripheral-mark[data-robot=lift_1]")
+    expect(gate).to_have_attribute("aria-label", "door gate_1: closed")
+    expect(gate.locator(".leaf")).to_have_css("display", "inline")
+    expect(lift).to_have_attribute("aria-label", "lift lift_1: at ground")
+    expect(guarded.locator(".robot-mark")).to_have_count(3)  # a door is drawn as no robot
+    service.telemetry["gate_1"] |= {"packet_tag": "OPEN", "packet_state": "running"}
+    expect(gate.locator(".panel.moving")).to_have_count(1)
+    expect(gate.locator("text")).to_have_text("gate_1: opening")
+    service.telemetry["gate_1"] |= {"packet_tag": None, "packet_state": None}
+    service.states |= {"gate_1": "opened", "lift_1": "upper"}
+    service.version += 1
+    expect(gate).to_have_attribute("aria-label", "door gate_1: open")
+    expect(gate.locator(".leaf")).to_have_css("display", "none")
+    expect(lift.locator(".panel.open")).to_have_count(1)
+    expect(lift.locator(".panel").nth(1)).to_have_class("panel open")
+
+
+def test_a_door_out_of_service_says_why_and_is_brought_back(guarded: Page, service: FakeService) -> None:
+    service.out_of_service["gate_2"] = "it is stuck half-way"
+    service.states["gate_2"] = ""
+    service.publish("world.changed", WORLD)
+    gate = guarded.locator(".peripheral-mark[data-robot=gate_2]")
+    said = "door gate_2: state unknown, out of service, it is stuck half-way"
+    expect(gate).to_have_attribute("aria-label", said)
+    expect(gate.locator(".cross")).to_be_visible()
+    line = guarded.get_by_test_id("robot").filter(has_text="gate_2")
+    expect(line).to_contain_text("out of service, door, state unknown")
+    gate.focus()
+    gate.press("Enter")
+    panel = guarded.get_by_test_id("robot-panel")
+    expect(panel.get_by_test_id("standing")).to_have_text("door, state unknown")
+    expect(panel.get_by_role("button", name="Drive")).to_have_count(0)
+    panel.get_by_test_id("robot-bring_back").click()
+    expect(gate).not_to_have_class(re.compile("faulty"))
+    expect(line).not_to_contain_text("out of service")

@@ -123,8 +123,8 @@ export function createLoading(store, track) {
 
   async function loadRobots() {
     const isCurrent = robotsOrder();
-    const robots = await list("/v1/robots");
-    if (isCurrent()) store.update({ robots });
+    const [robots, peripherals] = await Promise.all(["/v1/robots", "/v1/peripherals"].map(list));
+    if (isCurrent()) store.update({ robots, peripherals });
   }
 
   /**

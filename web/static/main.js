@@ -29,6 +29,7 @@ const store = createStore({
   missions: [],
   hasOlder: { goals: false, missions: false },
   robots: [],
+  peripherals: [],
   unknown: [],
   holds: [],
   robot: null,
@@ -166,7 +167,7 @@ const telemetry = createTelemetry();
 store.subscribe((state) => telemetry.setWorld(state.world));
 mountRobots(store);
 const workbench = mountWorkbenchButton(store, telemetry);
-const world = mountWorld(store, telemetry, goalForm.write);
+const world = mountWorld(store, telemetry, goalForm.write, loading.loadRobots);
 mountWhen(({ robot }) => robot, async () => (await import("./robots/panel.js")).mountRobotPanel(store, telemetry, { refresh: refreshAll, workbench }));
 mountWhen(({ unknown, holds }) => unknown.length + holds.length, async () => (await import("./world/notes.js")).mountNotes(store, refreshAll));
 mountMission(store, { refresh: refreshAll, replay });

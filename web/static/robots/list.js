@@ -1,4 +1,4 @@
-// The robots, a line each: link, current packet, battery; a click selects one.
+// The robots, a line each: link, current packet, battery; then doors, hatches and lifts. A click selects one.
 
 import { byId, closest, el, replace, show } from "../page/dom.js";
 import { contact, isHeard } from "./contact.js";
@@ -10,6 +10,8 @@ export function mountRobots(store) {
   const list = byId("robots", HTMLElement);
   /** @type {Map<string, HTMLButtonElement>} */
   const lines = new Map();
+  /** @type {typeof import("./standing.js").doing | undefined} */
+  let doing; // fetched when there are doors
   list.addEventListener("click", (event) => {
     const name = closest(event, "[data-robot]")?.dataset.robot;
     if (name) store.update({ robot: store.get().robot === name ? null : name });
@@ -21,22 +23,23 @@ export function mountRobots(store) {
     lines.set(name, line);
     return line;
   };
-  store.subscribe((state) => {
-    const robots = state.robots.filter((robot) => !robot.world || robot.world === state.world);
+  store.subscribe(async (state) => {
+    if (state.peripherals.length) doing ??= (await import("./standing.js")).doing;
+    const robots = [...state.robots, ...state.peripherals].filter((robot) => !robot.world || robot.world === state.world);
     const nodes = robots.map((robot) => lineOf(robot.name));
     if (nodes.length !== list.children.length || nodes.some((node, index) => node !== list.children[index])) replace(list, nodes);
     robots.forEach((robot, index) => {
       const link = contact(robot, state.worldTimes[robot.world]);
       nodes[index].className = `robot ${link.tone}`;
       nodes[index].setAttribute("aria-pressed", String(robot.name === state.robot));
-      show(nodes[index], parts(robot, link));
+      show(nodes[index], parts(robot, link, doing));
     });
   });
 }
 
-/** @param {Robot} robot @param {ReturnType<typeof contact>} link */
-function parts(robot, link) {
-  const activity = [robot.packet, robot.holding && `holds ${robot.holding}`, robot.out_of_service && "out of service"].filter(Boolean).join(", ") || "idle";
+/** @param {Robot} robot @param {ReturnType<typeof contact>} link @param {(robot: Robot) => string | null} [doing] of doors and lifts */
+function parts(robot, link, doing) {
+  const activity = [robot.out_of_service && "out of service", doing?.(robot) ?? robot.packet, robot.holding && `holds ${robot.holding}`].filter(Boolean).join(", ") || "idle";
   const isOnline = isHeard(robot);
   return [
     el("span", { class: `dot ${link.tone}`, title: link.word }),

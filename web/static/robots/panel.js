@@ -5,6 +5,7 @@ import { byId, el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
 import { commandButton } from "../page/problem.js";
 import { serviceControl } from "./service.js";
+import { isPeripheral, standing } from "./standing.js";
 
 /** @param {Store} store @param {Telemetry} telemetry @param {{refresh: () => void, workbench: Workbench}} actions */
 export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
@@ -32,7 +33,7 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
     if (shown !== name) return;
     unfollow ??= telemetry.follow(({ robots }) => {
       const robot = robots[name];
-      if (!robot) return;
+      if (!robot || store.get().peripherals.some((one) => one.name === name)) return; // a peripheral has no sensors
       show(parts.synthesis, synthesis(robot));
       show(parts.state, robotState(robot));
       replace(parts.rose, rangeRose(robot));
@@ -42,7 +43,7 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
   /** @param {Robot} robot */
   function drawHead(robot) {
     // The time since it was heard is rounded, so that the buttons stay under the pointer.
-    const key = JSON.stringify([robot.connection, robot.lost, robot.mission_id, lastHeard(robot)]);
+    const key = JSON.stringify([robot.connection, robot.lost, robot.mission_id, lastHeard(robot), standing(robot)]);
     if (key === drawnHead) return;
     drawnHead = key;
     replace(
@@ -51,11 +52,12 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
         "div",
         { class: "head" },
         el("h3", {}, robot.name),
+        isPeripheral(robot) ? el("span", { "data-testid": "standing" }, `${robot.kind}, ${standing(robot)}`) : null,
         el("span", { class: `badge ${robot.lost ? "bad" : tone(robot.connection)}`, "data-testid": "robot-connection" }, robot.lost ? "lost" : words(robot.connection)),
         el("span", { class: "quiet small" }, lastHeard(robot)),
         el("span", { class: "spring" }),
         robot.lost ? declare(robot, "declare_found", "Declare found") : robot.connection === "online" ? null : declare(robot, "declare_lost", "Declare lost"),
-        el("button", { type: "button", "data-testid": "robot-bench", onclick: () => workbench.open("drive") }, "Drive"),
+        isPeripheral(robot) ? null : el("button", { type: "button", "data-testid": "robot-bench", onclick: () => workbench.open("drive") }, "Drive"),
         el("button", { type: "button", "aria-label": "Close", onclick: () => store.update({ robot: null }) }, "×"),
       ),
     );
@@ -80,7 +82,7 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
 
   store.subscribe((state) => {
     if (state.robot !== shown) open(state.robot);
-    const robot = state.robots.find((one) => one.name === shown);
+    const robot = [...state.robots, ...state.peripherals].find((one) => one.name === shown);
     if (!robot) return;
     drawHead(robot);
     drawService(robot);

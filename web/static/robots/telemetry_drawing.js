@@ -49,7 +49,7 @@ export function robotState(robot) {
     ["sees", Object.keys(robot.tags ?? {}).join(", ") || "no sample"],
     ["sensors on", (robot.sensors ?? []).map(words).join(", ") || "none"],
     ["battery", `${Math.round((robot.battery ?? 0) * 100)} %${robot.charging ? ", charging" : ""}`],
-    ["does without", (robot.degraded ?? []).join(", ")],
+    ["troubles", (robot.degraded ?? []).join(", ")],
   ];
   return el("dl", { class: "slots small" }, facts.filter(([, text]) => text).map(([name, text]) => [el("dt", {}, name), el("dd", {}, text)]));
 }

@@ -1,6 +1,7 @@
 // Draws a world from above: its layout once, samples and robots as often as they change.
 
 import { el, replace, svg } from "../page/dom.js";
+import { createPeripherals } from "./peripherals.js";
 
 const MARGIN_M = 0.3;
 const LETTERS_PX = 11;
@@ -17,18 +18,20 @@ export function createDrawing() {
   /** @type {Map<string, ReturnType<typeof robotMark> & {pose: string}>} */
   const marks = new Map();
   const layers = { trails: svg("g"), samples: svg("g"), robots: svg("g") };
+  let doors = createPeripherals([]);
   let width = 1;
   let height = 1;
   /** @type {Map<string, Point>} */
   let places = new Map();
 
   /** @param {WorldLayout} layout */
-  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [], slopes = [], zones = [] }) {
+  function showLayout({ compartments: floors, locations = [], walls = [], obstacles = [], slopes = [], zones = [], peripherals = [] }) {
     const left = Math.min(...floors.map((floor) => floor.x[0])) - MARGIN_M;
     const top = Math.max(...floors.map((floor) => floor.y[1])) + MARGIN_M;
     width = Math.max(...floors.map((floor) => floor.x[1])) + MARGIN_M - left;
     height = top - Math.min(...floors.map((floor) => floor.y[0])) + MARGIN_M;
     places = new Map(locations.map((location) => [location.name, location.at]));
+    doors = createPeripherals(peripherals);
     marks.clear();
     for (const layer of Object.values(layers)) replace(layer);
     clearTrails();
@@ -43,6 +46,7 @@ export function createDrawing() {
       locations.map(placeMark),
       walls.map(wall),
       obstacles.map((rock) => svg("circle", { cx: rock.at[0], cy: -rock.at[1], r: rock.radius_m, class: "rock" })),
+      doors.nodes,
       layers.trails,
       layers.samples,
       layers.robots,
@@ -72,6 +76,7 @@ export function createDrawing() {
       marks.delete(name);
     }
     for (const [name, robot] of Object.entries(robots)) {
+      if (doors.has(name)) continue;
       const mark = marks.get(name) ?? addMark(name);
       const position = `translate(${robot.x_m} ${-robot.y_m})`;
       const pose = `${position} rotate(${(-robot.heading_rad * 180) / Math.PI})`;
@@ -84,6 +89,11 @@ export function createDrawing() {
       mark.label.setAttribute("transform", position);
       extendTrail(name, robot.x_m, robot.y_m);
     }
+  }
+
+  /** @param {Robot[]} reports @param {number} now the world's time @param {string | null} selected */
+  function showPeripherals(reports, now = 0, selected = null) {
+    doors.show(reports, now, selected);
   }
 
   /** @param {string} name */
@@ -111,7 +121,7 @@ export function createDrawing() {
   }
 
   new ResizeObserver(fitLetters).observe(node);
-  return { node, showLayout, showSamples, showRobots, clearTrails };
+  return { node, showLayout, showSamples, showRobots, showPeripherals, clearTrails };
 }
 
 /** @param {string} name */

@@ -130,7 +130,7 @@ export function createEditor(drawing, world) {
     const moved = closest(start, ".place-mark");
     const known = draft.places.get(moved?.dataset.name ?? "");
     if (moved && known) drag(start, space, moved, known);
-    else if (!moved && !closest(start, ".sample-mark, .robot-mark")) outline(start, space);
+    else if (!moved && !closest(start, ".sample-mark, .robot-mark, .peripheral-mark")) outline(start, space);
     else return;
     start.preventDefault();
   }

@@ -1,4 +1,4 @@
-// Robots in the editor of a world: speed and packets are changed, robots that have announced themselves are admitted or refused.
+// Robots in the editor of a world: speed, packets and who speaks for them are changed, robots that have announced themselves are admitted or refused.
 
 import { get, id, post } from "../page/api.js";
 import { el, replace, show } from "../page/dom.js";
@@ -14,10 +14,11 @@ export function createRobotEditor(path, box, { add, reload }) {
   const name = el("select", { "aria-label": "Robot to change", "data-testid": "edit-robot", onchange: fill });
   const speed = el("input", { type: "number", required: true, min: 0.01, max: 2, step: "any", "aria-label": "Speed in metres a second" });
   const tags = el("input", { pattern: "[A-Z0-9_ ]*", "aria-label": "Packets, separated by spaces" });
+  const speaker = el("select", { "aria-label": "Who speaks for the robot", "data-testid": "edit-speaker" }, el("option", { value: "" }, "simulated"), el("option", { value: "external" }, "real: its own software"));
   const announced = el("div", { hidden: true }, el("h3", { class: "small" }, "Announced, not admitted"));
   const listed = el("ol", { class: "edits", "data-testid": "announced" });
   announced.append(listed);
-  const form = el("form", { class: "row", onsubmit: change }, name, speed, "m/s", tags, el("button", { "data-testid": "edit-change-robot" }, "Change robot"));
+  const form = el("form", { class: "row", onsubmit: change }, name, speed, "m/s", tags, speaker, el("button", { "data-testid": "edit-change-robot" }, "Change robot"));
 
   const known = () => robots.find((robot) => robot.name === name.value);
 
@@ -25,6 +26,7 @@ export function createRobotEditor(path, box, { add, reload }) {
     const robot = known();
     speed.value = String(robot?.speed_m_s ?? "");
     tags.value = robot?.repertoire.join(" ") ?? "";
+    speaker.value = robot?.external ? "external" : "";
   }
 
   /** @param {Event} event */
@@ -37,7 +39,9 @@ export function createRobotEditor(path, box, { add, reload }) {
     const edit = { edit: "change_robot", name: robot.name };
     if (Number(speed.value) !== robot.speed_m_s) edit.speed_m_s = Number(speed.value);
     if (wanted.join(" ") !== robot.repertoire.join(" ")) edit.repertoire = wanted;
-    if (edit.speed_m_s !== undefined || edit.repertoire) add(edit);
+    const isExternal = speaker.value === "external";
+    if (isExternal !== (robot.external ?? false)) edit.external = isExternal;
+    if (Object.keys(edit).length > 2) add(edit);
   }
 
   /** @param {Factsheet} one */

@@ -2,12 +2,12 @@
 
 import { get, id } from "../page/api.js";
 import { closest, el, fetchStyle } from "../page/dom.js";
-import { responseOrder } from "../page/store.js";
+import { responseOrder, throttled } from "../page/store.js";
 import { createDrawing } from "./drawing.js";
 import { createNumbers } from "./numbers.js";
 
-/** @param {Store} store @param {Telemetry} telemetry @param {(picked: Picked) => void} onPick */
-export function createMap(store, telemetry, onPick) {
+/** @param {Store} store @param {Telemetry} telemetry @param {(picked: Picked) => void} onPick @param {() => Promise<void>} loadRobots */
+export function createMap(store, telemetry, onPick, loadRobots) {
   const drawing = createDrawing();
   const edit = el("button", { type: "button", class: "edit-world", "aria-pressed": "false", "data-testid": "edit-world", onclick: () => openEditor().catch(() => (editor = null)) }, "Edit the world");
   const node = el("div", { class: "map", "data-testid": "map" }, drawing.node, edit, createNumbers(store));
@@ -23,6 +23,8 @@ export function createMap(store, telemetry, onPick) {
   /** @type {(() => void) | null} */
   let unfollow = null; // set while the map is shown
   let isReplaying = false;
+  let packets = ""; // those that doors, hatches and lifts are at
+  const loadPeripherals = throttled(() => loadRobots().catch(() => (packets = "")));
 
   /** @param {string} name */
   async function load(name) {
@@ -31,6 +33,7 @@ export function createMap(store, telemetry, onPick) {
     const known = await get(`/v1/worlds/${id(name)}`);
     if (isReplaying || world !== name) return; // a recording or another world was opened meanwhile
     drawing.showLayout(known.layout);
+    drawPeripherals();
     edition = known.edition;
     await editor?.load();
     hasLayout = true;
@@ -48,6 +51,7 @@ export function createMap(store, telemetry, onPick) {
     const { items, edition: newestEdition } = await get(`/v1/worlds/${id(name)}/facts`);
     if (isReplaying || !hasLayout || world !== name || !isCurrent()) return;
     if (newestEdition > edition) return load(name);
+    if (store.get().peripherals.length) loadPeripherals();
     drawing.showSamples(new Map(items.filter((fact) => fact.predicate === "in").map(({ args: [sample, place] }) => [sample, place])));
   }
 
@@ -69,7 +73,22 @@ export function createMap(store, telemetry, onPick) {
     const { name = "", robot } = mark.dataset;
     /** @type {Picked} */
     const picked = robot ? { kind: "robot", name: robot } : { kind: mark.classList.contains("sample-mark") ? "sample" : "place", name };
-    if (!editor?.pick(picked)) onPick(picked);
+    if (mark.matches(".peripheral-mark") || !editor?.pick(picked)) onPick(picked);
+  }
+
+  /** @param {TelemetryMessage} message */
+  function onTelemetry({ robots }) {
+    if (isReplaying) return;
+    const { robot, peripherals } = store.get();
+    drawing.showRobots(robots, robot);
+    const newest = peripherals.map(({ name }) => `${robots[name]?.packet_tag} ${robots[name]?.packet_state}`).join();
+    if (newest !== packets) loadPeripherals();
+    packets = newest;
+  }
+
+  function drawPeripherals() {
+    const { peripherals, worldTimes, robot } = store.get();
+    if (!isReplaying) drawing.showPeripherals(peripherals.filter((one) => one.world === world), worldTimes[world ?? ""], robot);
   }
 
   drawing.node.addEventListener("click", pick);
@@ -80,6 +99,7 @@ export function createMap(store, telemetry, onPick) {
   });
   store.subscribe((state) => {
     for (const mark of drawing.node.querySelectorAll(".sample-mark")) mark.classList.toggle("picked", mark.getAttribute("data-name") === state.sample);
+    drawPeripherals();
     if (unfollow === null || isReplaying || state.world === null) return;
     if (state.world === world) loadFacts(world).catch(() => (version = null));
     else load(state.world).catch(() => (world = null));
@@ -94,7 +114,7 @@ export function createMap(store, telemetry, onPick) {
         unfollow = null;
         return;
       }
-      unfollow ??= telemetry.follow(({ robots }) => isReplaying || drawing.showRobots(robots, store.get().robot));
+      unfollow ??= telemetry.follow(onTelemetry);
       store.update({});
     },
     /** Returns the drawing for a recording of a world with this layout; null ends the replay. @param {WorldLayout | null} layout */

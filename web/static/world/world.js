@@ -1,12 +1,12 @@
 // The right pane: the world in three dimensions or as a map, and what is not known of it.
 
-import { byId, el, fetchStyle, replace } from "../page/dom.js";
+import { byId, fetchStyle } from "../page/dom.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { isDark, onTheme } from "../page/theme.js";
 import { createViewFrame } from "./view_frame.js";
 
-/** @param {Store} store @param {Telemetry} telemetry @param {(sentence: string) => void} writeGoal */
-export function mountWorld(store, telemetry, writeGoal) {
+/** @param {Store} store @param {Telemetry} telemetry @param {(sentence: string) => void} writeGoal @param {() => Promise<void>} loadRobots */
+export function mountWorld(store, telemetry, writeGoal, loadRobots) {
   const pick = createPicking(store, writeGoal);
   const view = createViewFrame(pick);
   const holder = byId("stage-holder", HTMLElement);
@@ -22,7 +22,7 @@ export function mountWorld(store, telemetry, writeGoal) {
   // The map is fetched when first needed.
   function loadMap() {
     map ??= Promise.all([import("./map.js"), fetchStyle("style/map.css")]).then(([{ createMap }]) => {
-      const created = createMap(store, telemetry, pick);
+      const created = createMap(store, telemetry, pick, loadRobots);
       holder.append(created.node);
       return created;
     }).catch((problem) => {
@@ -109,27 +109,9 @@ function createPicking(store, writeGoal) {
   };
 }
 
-const COLOURS = [
-  ["robot, each its own colour", "#1f6f8b"],
-  ["selected", "#ff7a18"],
-  ["sample", "#e4ba28"],
-  ["bay, free", "#6886b0"],
-  ["place with a sample", "#2c4a7c"],
-  ["door", "#dea042"],
-  ["interchange", "#469b91"],
-  ["home", "#a0a09e"],
-  ["beacon", "#be3c3c"],
-  ["whisker that meets something", "#ce5c3c"],
-];
-
+/** What the colours mean, fetched when it is first opened. */
 function mountLegend() {
   const legend = byId("legend", HTMLElement);
-  const keys = COLOURS.map(([text, colour]) => {
-    const swatch = el("span", { class: "swatch" });
-    swatch.style.background = colour;
-    return el("li", {}, swatch, text);
-  });
-  const lines = el("li", {}, "Arrows: planned ways, in the robots' colours. Lines behind robots: where they were.");
-  replace(legend, el("summary", {}, "Legend"), el("ul", { class: "legend" }, keys, lines));
+  legend.addEventListener("toggle", async () => legend.append((await import("./legend.js")).createLegend()), { once: true });
   return legend;
 }
