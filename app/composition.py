@@ -14,10 +14,12 @@ from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.battery_record import BatteryRecord
 from app.agents.edition_delivery import EditionDelivery
 from app.agents.foreign_states import ForeignStates
-from app.agents.impersonation import Impersonations, KeyFile
+from app.agents.impersonation import Impersonations, KeyFile, RobotWatch
 from app.agents.robot_directory import RobotDirectory
+from app.agents.rules import RuleService
 from app.agents.running_world import AnnouncesWorld, RejectsMessages, RunningWorld, WorldHost
 from app.agents.running_worlds import RunningWorlds
+from app.agents.signature_counters import SignatureCounters
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
@@ -86,6 +88,7 @@ from app.workflows.retention import Retention
 from robots.background_compilation import BackgroundCompilation, Stage
 from robots.clock import Clock
 from robots.link.mqtt.inbox import Rejected
+from robots.link.mqtt.signature import OrderSigner
 from robots.world import WorldFile
 
 logger = logging.getLogger(__name__)
@@ -200,7 +203,7 @@ class Service:
         self._notifications = NotificationListener(self.database, topics)
 
     def _wire_robots(self) -> None:
-        """The robots' state, and what operators send to robots directly: questions, set-points, tunings."""
+        """The robots' state, and what operators send to robots directly: questions, set-points, tunings, rules."""
         settings = self.settings
         self.board = RobotBoard.of(self._files, clocks=self.clocks, low_battery=settings.low_battery)
         self._files.renewed.append(self.board.renew)
@@ -216,6 +219,9 @@ class Service:
             find=self.world_set.find,
         )
         keys = KeyFile(settings.robot_keys)
+        self._order_signer = OrderSigner(keys.read)
+        self._counters = SignatureCounters(self.database)
+        self._watches: dict[str, RobotWatch] = {}
         self.impersonations = Impersonations(self.events, worlds=self._files, keys=keys.read)
         self.robots = RobotDirectory(
             self.core,
@@ -227,7 +233,9 @@ class Service:
         )
         self._paces = self._running.each(lambda world: world.pace)
         self.teleoperation = Teleoperation(self.robots, self._paces)
-        self.tunings = TuningService(self.core, worlds=self._files, repertoire=self.packs.repertoire())
+        repertoire = self.packs.repertoire()
+        self.tunings = TuningService(self.core, worlds=self._files, repertoire=repertoire)
+        self.rules = RuleService(self.core, worlds=self._files, repertoire=repertoire)
 
     def _wire_planning(self) -> None:
         """From a goal to an approved plan."""
@@ -338,7 +346,11 @@ class Service:
         repertoires = self._files.each(lambda file: {one.name: one.repertoire for one in file.agents})
         senses = self._files.each(lambda file: restricted_senses(file, core.knowledge_base, self._perceives))
         dispatcher = ScriptDispatcher(
-            core, library=self.packs.library(), repertoires=repertoires, senses=senses
+            core,
+            library=self.packs.library(),
+            repertoires=repertoires,
+            senses=senses,
+            clearing=self._files.each(lambda file: file.clearing),
         )
         self._mission_life = MissionLife(
             core,
@@ -363,8 +375,10 @@ class Service:
 
     def _listen(self, world: RunningWorld) -> None:
         """Receive from a world's fleet; what others publish in robots' names is noticed before."""
-        watch = self.impersonations.watch(world.file.name, self.board)
-        world.listen(watch, watch)
+        name = world.file.name
+        watch = self.impersonations.watch(name, self.board, self._counters.load(name))
+        self._watches[name] = watch
+        world.listen(watch, watch, self._order_signer)
 
     def _agents_of(self, world: RunningWorld) -> AgentModels:
         name = world.file.name
@@ -411,6 +425,7 @@ class Service:
             questions=self.questions,
             teleoperation=self.teleoperation,
             tunings=self.tunings,
+            rules=self.rules,
             readmit=partial(self.lost_robots.restore_in_contact, name),
             record_batteries=BatteryRecord(
                 self.core,
@@ -439,6 +454,8 @@ class Service:
     def _record_impersonations(self, world: str) -> None:
         if self.impersonations.has_news(world) and self.executors.holds_lease(world):
             self.impersonations.record(self.database, world)
+        if (watch := self._watches.get(world)) is not None and self.executors.holds_lease(world):
+            self._counters.save(world, watch.accepted)
 
     def _follow_holds(self, world: str) -> None:
         if self.executors.holds_lease(world):
@@ -467,6 +484,7 @@ class Service:
             robots=self.robots,
             questions=self.questions,
             tunings=self.tunings,
+            rules=self.rules,
             lost_robots=self.lost_robots,
             out_of_service=self.out_of_service,
             teleoperation=self.teleoperation,

@@ -19,9 +19,9 @@ from pathlib import Path
 import httpx2
 from sqlalchemy import select
 
+from app.cli.trials.service_process import Installation
 from app.domain.events import GoalFinished
 from app.store import Database, EventRow
-from app.trials.service_process import Installation
 from tests.scenarios.judge import judge
 from tests.scenarios.witness import WORLD, Witness
 

@@ -36,15 +36,15 @@ def answer(body, asked, reply, id=None, packets=(), **_):
     if asked in answers:  # a request is followed once
         return client.publish(*answers[asked])
     if packets and not job and {packet["tag"] for packet in packets} <= {*SHEET["repertoire"]}:
-        job.update(id=id, packets=packets, cleared=[])
-    elif body["kind"] == "clearance" and script == job.get("id"):
-        job["cleared"] += body["ended"]
+        job.update(id=id, packets=packets, cleared=[], end_s=0.0, state="finished")
+    elif script == job.get("id") and (body["kind"] == "clearance" or body.get("verb") == "cancel"):
+        job.update(cleared=[*job["cleared"], *body.get("ended", ())], state=("finished", "cancelled")["verb" in body])
     else:
         kind, performative = ("refusal", "refuse") if script else ("not_understood", "not-understood")
     say(kind, performative, asked, script_id=script, reason=f"busy, or not able to follow a {body['kind']}")
 
 def wait(until):
-    while not until():
+    while not until() and job.get("state") != "cancelled":
         client.loop(time.sleep(0.1) or 0.1)
         pose = {"kind": "telemetry", "at_s": now_s(), "x_m": here[0], "y_m": here[1], "heading_rad": 0.0}
         [client.publish(*one) for one in ((f"{TOPIC}/visualization", json.dumps(pose)), *kept.values())]
@@ -57,12 +57,12 @@ client.subscribe([(f"{TOPIC}/order", 1), (f"{TOPIC}/instantActions", 1), (f"mact
 client.publish(f"{TOPIC}/connection", '{"state": "online"}', 1, retain=True)
 while True:
     wait(lambda: job)
-    for packet in job["packets"]:
-        wait(lambda after=packet["after"]: {*after} <= {*job["cleared"]})
-        say("packet_report", script_id=job["id"], packet_id=packet["id"], state="running")
-        job["end_s"] = now_s() + packet["expected_duration_s"]
-        wait(lambda: now_s() >= job["end_s"])
-        here[:] = PLACES.get(packet["arguments"].get("ref2"), here)
-        say("packet_report", script_id=job["id"], packet_id=packet["id"], state="finished")
-    say("script_report", script_id=job["id"], state="finished")
+    for packet, state in ((packet, state) for packet in job["packets"] for state in ("running", "finished")):
+        wait(lambda after=packet["after"]: {*after} <= {*job["cleared"]} and now_s() >= job["end_s"])
+        if job["state"] == "cancelled":
+            break
+        here[:] = PLACES.get(packet["arguments"].get("ref2"), here) if state == "finished" else here
+        say("packet_report", script_id=job["id"], packet_id=packet["id"], state=state)
+        job["end_s"] = now_s() + packet["expected_duration_s"] if state == "running" else 0.0
+    say("script_report", {"cancelled": "failure"}.get(job["state"], "inform"), script_id=job["id"], state=job["state"])
     job.clear()

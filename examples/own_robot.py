@@ -62,9 +62,8 @@ class OwnBody:
 
     @property
     def between(self):
-        return self.held or next(
-            (name for name, at in self.samples.items() if abs(at - self.jaws) < 0.07), None
-        )
+        near = (name for name, at in self.samples.items() if abs(at - self.jaws) < 0.07)
+        return self.held or next(near, None)
 
 
 def main(url, file, name):

@@ -20,17 +20,17 @@ WIRING = {Path("app/composition.py"), *(p.relative_to(ROOT) for p in (ROOT / "ap
 SERVICE_SIDE = {Path("robots/world")}
 """World files: known to simulation and service, not to a robot."""
 ORDER = {
-    "app": """cli composition trials api missions planning recordings agents core workflows settings
+    "app": """cli composition api missions planning recordings agents core workflows settings
         database_url packs store domain""",
     "planner": """up_engine up_registration repair engines alternatives native_process interchange explanation bounds
         relaxation problem plan_nets knowledge compiled fact errors""",
-    "robots": """adapters executive repertoire reactive conditions perception physical world contract link wire compiled
-        background_compilation compilation kernels clock data extensions errors""",
+    "robots": """adapters social deliberative executive repertoire reactive conditions perception physical world
+        contract link wire compiled background_compilation compilation kernels clock data extensions errors""",
     "sim": """trials process world bodies physics truth snapshot clock error""",
     "web": """viewer live_world recording page_feed world_feed scene document_cache viser_private api_types""",
 }
 """The rooms and loose modules of each package, from the top down: each imports only what stands below it."""
-MAX_ROOMS = 11
+MAX_ROOMS = {"app": 10, "planner": 9, "robots": 13, "sim": 5, "web": 1}
 MAX_LOOSE = {"app": 5, "planner": 8, "robots": 8, "sim": 8, "web": 8}
 """Modules that may lie beside the rooms of a package, its `__init__` not counted."""
 
@@ -103,7 +103,7 @@ def test_every_room_and_loose_module_has_its_place_in_the_order(package: str) ->
     assert units == set(ORDER[package].split())
     loose = [module for module in modules(package) if len(module.parts) == 2 and module.stem != "__init__"]
     assert len(loose) <= MAX_LOOSE[package]
-    assert len(units) - len(loose) <= MAX_ROOMS
+    assert len(units) - len(loose) <= MAX_ROOMS[package]
 
 
 @pytest.mark.parametrize("package", sorted(OURS))

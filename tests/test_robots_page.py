@@ -6,16 +6,21 @@ from pathlib import Path
 
 import pytest
 
-from app.trials.conformance.rules import PAGE, Rule
+from app.cli.trials.conformance.rules import PAGE, Rule
 from robots.link.mqtt.contract_examples import example, examples
 
 TEXT = (Path(__file__).parent.parent / PAGE).read_text()
 BLOCKS = [json.loads(block) for block in re.findall(r"```json\n(.*?)```", TEXT, re.DOTALL)]
 OPTIONAL = {
+    "fault_report",
     "retune",
+    "rule_set",
+    "rules_report",
     "sample_report",
     "set_point",
     "set_point_refusal",
+    "speech_act",
+    "speech_report",
     "trace_query",
     "trace_report",
     "tuning_report",

@@ -16,6 +16,7 @@ from app.agents.communications import MIN_RESEND_S, Communications
 from app.agents.edition_delivery import EditionDelivery
 from app.agents.questions import Questions
 from app.agents.robot_board import RobotBoard
+from app.agents.rules import RuleService
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.domain.clock import SYSTEM_CLOCK, WallClock
@@ -40,6 +41,8 @@ from robots.wire import (
     Receipt,
     Refusal,
     Retune,
+    RuleSet,
+    RulesReport,
     ScriptRequest,
     StatusQuery,
     Telemetry,
@@ -58,9 +61,10 @@ IDLE_DELIVER_S = 5.0
 message may be lost."""
 
 TUNING = "tuning"
-"""In the ids of messages that bring one."""
+RULES = "rules"
+"""In the ids of messages that bring them."""
 MAX_DIGITS = 10
-"""Of the version of a tuning."""
+"""Of the version of a tuning or of rules."""
 
 logger = logging.getLogger(__name__)
 
@@ -117,6 +121,7 @@ class AgentModels:
         questions: Questions,
         teleoperation: Teleoperation,
         tunings: TuningService,
+        rules: RuleService,
         readmit: Callable[[], None],
         record_batteries: Callable[[], None] = lambda: None,
         world: str,
@@ -154,6 +159,7 @@ class AgentModels:
         self._questions = questions
         self._teleoperation = teleoperation
         self._tunings = tunings
+        self._rules = rules
         self._readmit = readmit
         self._record_batteries = record_batteries
         self._has_lease = has_lease
@@ -247,6 +253,8 @@ class AgentModels:
         match message.body:
             case TuningReport() as report:
                 self._tunings.record_answer(self._world, message.sender, message.performative, report)
+            case RulesReport() as report:
+                self._rules.record_answer(self._world, message.sender, message.performative, report)
             case UnknownBody():
                 self._answer_unknown(message)
             case NotUnderstood(reason=reason):
@@ -310,6 +318,9 @@ class AgentModels:
         for row in self._tunings.pending(self._world):
             retune = Retune(version=row.version, tuning=row.tuning)
             send(row.robot, f"{row.robot}:{TUNING}:{row.version}", Performative.REQUEST, retune)
+        for rules in self._rules.pending(self._world):
+            rule_set = RuleSet(version=rules.version, files=dict(rules.files))
+            send(rules.robot, f"{rules.robot}:{RULES}:{rules.version}", Performative.REQUEST, rule_set)
         for script in self._open_scripts():
             if script.delivery == Delivery.PENDING and not script.stopping:
                 body = BehaviourScript.model_validate(script.body)
@@ -357,9 +368,10 @@ def _as_refusal(message: Message) -> Message:
     subject, _, request = (message.in_reply_to or "").partition(":")
     reason = f"not understood: {message.body.reason}"
     kind, _, version = request.partition(":")
-    body: TuningReport | Refusal
-    if kind == TUNING and version.isdecimal() and len(version) < MAX_DIGITS:
-        body = TuningReport(version=int(version), reason=reason)
+    body: TuningReport | RulesReport | Refusal
+    if kind in (TUNING, RULES) and version.isdecimal() and len(version) < MAX_DIGITS:
+        answer = TuningReport if kind == TUNING else RulesReport
+        body = answer(version=int(version), reason=reason)
     elif request:
         body = Refusal(script_id=subject, reason=reason)
     else:

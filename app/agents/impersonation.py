@@ -22,7 +22,7 @@ from app.store import Database
 from app.store.event_log import EventLog
 from app.store.tables import utc_now
 from robots.link.mqtt.session import Publication
-from robots.link.mqtt.signature import SignatureCheck
+from robots.link.mqtt.signature import Accepted, SignatureCheck
 from robots.link.mqtt.topics import ConnectionState
 from robots.wire import Telemetry
 from robots.world import WorldFile
@@ -126,9 +126,22 @@ class Impersonations:
         with self._lock:
             return self._noticed.get(robot)
 
-    def watch(self, world: str, board: RobotBoard) -> "RobotWatch":
-        """Judges the messages of one world's link, and passes contact and telemetry on to the board."""
-        return RobotWatch(world, board, self, worlds=self._worlds, keys=self._keys, wall=self._wall)
+    def watch(
+        self, world: str, board: RobotBoard, accepted: Mapping[str, Accepted] | None = None
+    ) -> "RobotWatch":
+        """Judges the messages of one world's link, and passes contact and telemetry on to the board.
+
+        :param accepted: by topic, the counters of signed messages before a restart.
+        """
+        return RobotWatch(
+            world,
+            board,
+            self,
+            worlds=self._worlds,
+            keys=self._keys,
+            signatures=SignatureCheck(accepted),
+            wall=self._wall,
+        )
 
     def note(self, world: str, robot: str, reason: str) -> None:
         """Somebody else has published in the robot's name."""
@@ -178,6 +191,7 @@ class RobotWatch:
         *,
         worlds: Mapping[str, WorldFile],
         keys: Callable[[], Mapping[str, str]],
+        signatures: SignatureCheck,
         wall: WallClock,
     ) -> None:
         self._world = world
@@ -186,8 +200,13 @@ class RobotWatch:
         self._worlds = worlds
         self._keys = keys
         self._wall = wall
-        self._signatures = SignatureCheck()
+        self._signatures = signatures
         self._courses: dict[str, _Course] = {}
+
+    @property
+    def accepted(self) -> Mapping[str, Accepted]:
+        """By topic, the counters of signed messages; may be asked for from any thread."""
+        return self._signatures.accepted
 
     def admits(self, robot: str, publication: Publication) -> bool:
         """False for a message that a robot with a key has not signed, or has signed while its twin is simulated."""
@@ -210,7 +229,7 @@ class RobotWatch:
 
     def _is_simulated(self, robot: str) -> bool:
         """Whether the world's fleet speaks for it, which has no key."""
-        spec = self._worlds[self._world].robots_by_name.get(robot) if self._world in self._worlds else None
+        spec = self._worlds[self._world].agents_by_name.get(robot) if self._world in self._worlds else None
         return spec is not None and not spec.external
 
     def _compare(self, robot: str, said: Telemetry) -> None:

@@ -23,6 +23,7 @@ BATTERY_HYSTERESIS = 0.05
 class RobotView:
     """A robot as last heard.
 
+    :param holding_since_s: world's clock of the first telemetry that shows what it holds now; None if it holds nothing.
     :param heard_s: by the world's clock; None before anything was heard.
     :param heard_monotonic_s: likewise by the monotonic clock of this process.
     :param broken: its link is closed for good.
@@ -33,6 +34,7 @@ class RobotView:
     name: str
     world: str
     telemetry: Telemetry | None = None
+    holding_since_s: float | None = None
     heard_s: float | None = None
     heard_monotonic_s: float | None = None
     broken: bool = False
@@ -143,11 +145,17 @@ class RobotBoard:
             view = self._views.get(robot)
             if view is None:
                 return
+            since_s = view.holding_since_s
+            if telemetry is not None and (
+                view.telemetry is None or telemetry.holding != view.telemetry.holding
+            ):
+                since_s = telemetry.at_s if telemetry.holding else None
             telemetry = telemetry or view.telemetry
             unavailable = "" if telemetry is None else self._why_unavailable(telemetry, was=view.unavailable)
             self._views[robot] = replace(
                 view,
                 telemetry=telemetry,
+                holding_since_s=since_s,
                 heard_monotonic_s=self._wall.monotonic_s(),
                 heard_s=self._clocks[view.world].now_s(),
                 broken=False,

@@ -18,15 +18,15 @@ from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
 from app.domain.world_model.beliefs import LIFT_AT, STATES
 from app.domain.world_model.senses import Perceives, senses_of
-from app.store import LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow
-from app.store.records import lost_robots, robots_out_of_service
+from app.store import LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow, UnaskedRobotRow
+from app.store.records import lost_robots, robots_out_of_service, unasked_robots
 from planner import Fact
 from robots.world import Peripheral, RobotSpec, WorldFile
 
 ROBOT = "robot"
 """The kind of what drives."""
 
-Withdrawn = TypeVar("Withdrawn", LostRobotRow, OutOfServiceRow)
+Noted = TypeVar("Noted", LostRobotRow, OutOfServiceRow, UnaskedRobotRow)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +42,7 @@ class RobotReport:
     :param mission_id: the mission that it is reserved for.
     :param lost: set if it was declared lost.
     :param out_of_service: set if it was taken out of service.
+    :param unasked: set if it does not understand status queries.
     :param impersonation: set if somebody else publishes in its name.
     """
 
@@ -58,6 +59,7 @@ class RobotReport:
     mission_id: str | None
     lost: LostRobotRow | None
     out_of_service: OutOfServiceRow | None
+    unasked: UnaskedRobotRow | None
     impersonation: Impersonation | None
 
 
@@ -107,6 +109,7 @@ class RobotDirectory:
             missions = _missions_by_robot(session)
             lost = self._by_robot(session, lost_robots)
             resting = self._by_robot(session, robots_out_of_service)
+            unasked = self._by_robot(session, unasked_robots)
             states = {
                 (name, fact.args[0]): fact
                 for name, file in self._worlds.items()
@@ -129,6 +132,7 @@ class RobotDirectory:
                             state="" if state is None else _state_words(state),
                             lost=lost.get(key),
                             out_of_service=resting.get(key),
+                            unasked=unasked.get(key),
                         )
                     )
             except KeyError:
@@ -137,8 +141,8 @@ class RobotDirectory:
         return reports
 
     def _by_robot(
-        self, session: Session, of_world: Callable[[Session, str], Sequence[Withdrawn]]
-    ) -> Mapping[tuple[str, str], Withdrawn]:
+        self, session: Session, of_world: Callable[[Session, str], Sequence[Noted]]
+    ) -> Mapping[tuple[str, str], Noted]:
         """The rows of all worlds, by world and robot."""
         return {(row.world, row.robot): row for name in self._worlds for row in of_world(session, name)}
 
@@ -157,6 +161,7 @@ class RobotDirectory:
         state: str,
         lost: LostRobotRow | None,
         out_of_service: OutOfServiceRow | None,
+        unasked: UnaskedRobotRow | None,
     ) -> RobotReport:
         monotonic_s = self._wall.monotonic_s()
         world = self._worlds[view.world]
@@ -176,6 +181,7 @@ class RobotDirectory:
             mission_id=mission_id,
             lost=lost,
             out_of_service=out_of_service,
+            unasked=unasked,
             impersonation=self._impersonation(view.name),
         )
 

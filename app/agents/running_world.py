@@ -10,6 +10,7 @@ from robots.clock import Clock
 from robots.link import Link
 from robots.link.mqtt.inbox import Rejected
 from robots.link.mqtt.service import Guard, LinkFault, Listener
+from robots.link.mqtt.signature import OrderSigner
 from robots.link.mqtt.topics import ANNOUNCE_INTERVAL_S
 from robots.link.transport import ServiceEnd
 from robots.world import WorldFile
@@ -121,6 +122,15 @@ class Guarded(Protocol):
         ...
 
 
+@runtime_checkable
+class SignsOrders(Protocol):
+    """A link on which others may publish as the service."""
+
+    def sign_orders(self, signer: OrderSigner) -> None:
+        """Set who signs orders to robots that have a key; before `start`."""
+        ...
+
+
 def _nothing() -> None: ...
 
 
@@ -189,13 +199,18 @@ class RunningWorld:
         """The current rate."""
         return self.rate if self.fleet is None else self.fleet.clock.rate
 
-    def listen(self, listener: Listener, guard: Guard | None = None) -> None:
+    def listen(
+        self, listener: Listener, guard: Guard | None = None, signer: OrderSigner | None = None
+    ) -> None:
         """Start to receive from the fleet, if there is one.
 
         :param listener: is told of contact and telemetry. :param guard: judges messages, where the link can have that.
+        :param signer: signs orders, likewise.
         """
         if self.fleet is not None:
             if guard is not None and isinstance(self.fleet, Guarded):
                 self.fleet.guard(guard)
+            if signer is not None and isinstance(self.fleet, SignsOrders):
+                self.fleet.sign_orders(signer)
             self.fleet.listen(listener)
             self.fleet.start()

@@ -1,6 +1,6 @@
 """Operators' overrides of the parameters of a robot's packets: stored, and delivered until the robot answers."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
@@ -58,7 +58,7 @@ class TuningService:
         self._repertoire = repertoire
 
     def get(self, robot: str) -> TunedRobot:
-        spec, world = self._spec(robot)
+        spec, world = robot_and_world(self._worlds, robot)
         with self._database.read() as session:
             return self._tuned(spec, world, session.get(TuningRow, (world, robot)))
 
@@ -70,7 +70,7 @@ class TuningService:
         :raises Invalid: naming packet, pattern and parameter, for one that does not exist or is out of range.
         :raises Outdated: if the tuning has changed since `expected_version`.
         """
-        spec, world = self._spec(robot)
+        spec, world = robot_and_world(self._worlds, robot)
         self._check(spec, tuning)
         with self._database.write() as session:
             row = session.get(TuningRow, (world, robot), with_for_update=True)
@@ -118,13 +118,6 @@ class TuningService:
                 answered(subject=robot, world=world, version=report.version, reason=report.reason),
             )
 
-    def _spec(self, robot: str) -> tuple[RobotSpec, str]:
-        world_of = {one.name: world.name for world in self._worlds.values() for one in world.robots}
-        if robot not in world_of:
-            raise NotFound(f"unknown robot {robot!r}", code="unknown-robot", choices=sorted(world_of))
-        world = world_of[robot]
-        return self._worlds[world].robot(robot), world
-
     def _check(self, spec: RobotSpec, tuning: PacketTunings) -> None:
         initial = self._initial_repertoire(spec)
         known = _parameters_of(spec, initial)
@@ -159,9 +152,23 @@ class TuningService:
         )
 
 
-def renew_tunings(session: Session, world: str) -> None:
-    """Mark the tunings of a world for delivery again after its robots were restarted."""
+def robot_and_world(worlds: Mapping[str, WorldFile], robot: str) -> tuple[RobotSpec, str]:
+    """A robot of one of the worlds, and the world's name.
+
+    :raises NotFound: if none has it.
+    """
+    world_of = {one.name: world.name for world in worlds.values() for one in world.robots}
+    if robot not in world_of:
+        raise NotFound(f"unknown robot {robot!r}", code="unknown-robot", choices=sorted(world_of))
+    world = world_of[robot]
+    return worlds[world].robot(robot), world
+
+
+def renew_tunings(session: Session, world: str, robots: Collection[str] | None = None) -> None:
+    """Mark the tunings of a world for delivery again after these robots were restarted or replaced; None: all."""
     for row in session.scalars(select(TuningRow).where(TuningRow.world == world)):
+        if robots is not None and row.robot not in robots:
+            continue
         row.delivery = PENDING
         row.detail = ""
 

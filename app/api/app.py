@@ -13,6 +13,7 @@ from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddle
 
 from app.agents import Questions, RobotBoard
 from app.agents.robot_directory import RobotDirectory
+from app.agents.rules import RuleService
 from app.agents.running_world import WorldState
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
@@ -98,6 +99,7 @@ class Services:
     robots: RobotDirectory
     questions: Questions
     tunings: TuningService
+    rules: RuleService
     lost_robots: LostRobots
     out_of_service: OutOfService
     teleoperation: Teleoperation
@@ -134,6 +136,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
             service.robots,
             service.questions,
             service.tunings,
+            service.rules,
             service.lost_robots,
             service.out_of_service,
             service.factsheets,

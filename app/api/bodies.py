@@ -366,6 +366,15 @@ class ImpersonationBody(BaseModel):
     at: str = Field(description="when the last came, wall clock")
 
 
+class UnaskedBody(BaseModel):
+    """That the robot does not understand status queries, so that it is not asked until it announces itself anew."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    reason: str = Field(description="its answer")
+    noted_at: str = Field(description="since when, wall clock")
+
+
 class RobotBody(BaseModel):
     id: str
     name: str
@@ -395,6 +404,9 @@ class RobotBody(BaseModel):
     )
     impersonation: ImpersonationBody | None = Field(
         default=None, description="set if somebody else publishes in its name"
+    )
+    unasked: UnaskedBody | None = Field(
+        default=None, description="set if the robot does not understand status queries"
     )
 
 

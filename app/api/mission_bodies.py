@@ -11,7 +11,7 @@ from app.domain.lifecycles.script import unanswered_order
 from app.domain.recovery_rules import Measure, Policy
 from app.store import MissionRow, ScriptRow
 from app.store.records import values_of
-from robots.wire import BehaviourScript, FailureCategory
+from robots.wire import BehaviourScript, FailureCategory, Performative
 
 
 class PacketProgress(BaseModel):
@@ -84,7 +84,7 @@ def _packet_document(
         "waits_for": [
             f"{action} of {' and '.join(doers.get(action, ()))}"
             for action in planned.get("after", ())
-            if action not in cleared
+            if action not in cleared and action not in reported.get("cleared_by", ())
         ],
     }
 
@@ -157,22 +157,39 @@ class ResultBody(BaseModel):
     unit: str
 
 
-class ReportBody(BaseModel):
-    """What a robot has reported of a packet."""
+class SpeechBody(BaseModel):
+    """What one robot of a mission has said to another, as the other reports it."""
 
-    robot: str
+    sender: str
+    robot: str = Field(description="who heard it")
+    performative: Performative
+    content: str = Field(description="a term, such as `ended(script, action)`")
+    protocol: str
+    conversation: str = Field(description="what belongs together")
+    sent_at_s: float = Field(description="world's clock")
+    at_s: float = Field(description="when it was heard, world's clock")
+    answer: Performative
+    answer_content: str
+
+
+class ReportBody(BaseModel):
+    """What a robot has reported of a packet, what its telemetry showed, or what the record had."""
+
+    robot: str = Field(description="or the source of what is believed")
     packet: str
     tag: str
     state: str
     at_s: float | None = Field(description="world's clock; null: it has reported nothing of it")
     holding: str = Field(
-        default="", description="what its telemetry showed it to hold; empty if it is no telemetry"
+        default="", description="what its telemetry showed it to hold; empty if it is no such telemetry"
     )
+    place: str = Field(default="", description="where its telemetry showed it to stand; likewise")
+    believed: str = Field(default="", description="the recorded fact; empty if it is a robot's word")
 
 
 class ContradictionBody(BaseModel):
     """Two reports on a plan that do not fit together: `later` began before `earlier` had ended, or had begun, or both
-    hold the same thing.
+    hold the same thing or stand at the same place.
     """
 
     plan_id: str

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Response
 
 from app.api.bodies import Decision, Page, SetRecovery
 from app.api.goals import ACTOR
-from app.api.mission_bodies import MissionBody, ResultBody, ScriptBody, mission_document
+from app.api.mission_bodies import MissionBody, ResultBody, ScriptBody, SpeechBody, mission_document
 from app.api.parameters import After, Id, Limit, NameFilter
 from app.api.plan_json import JSON, json_of, json_page
 from app.api.problems import declared
@@ -51,6 +51,11 @@ def missions_router(missions: MissionService) -> APIRouter:
     def get_results(mission_id: Id) -> Page[ResultBody]:
         """The images and readings that its packets have brought, oldest first."""
         return Page(items=[ResultBody.model_validate(row) for row in missions.results(mission_id)])
+
+    @router.get("/missions/{mission_id}/conversation")
+    def get_conversation(mission_id: Id) -> Page[SpeechBody]:
+        """What its robots have said to each other, oldest first; known once they have reported it."""
+        return Page(items=[SpeechBody.model_validate(one) for one in missions.conversation(mission_id)])
 
     @router.get(
         "/missions/{mission_id}/results/{result_id}",

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.domain.errors import Conflict, Invalid, NotFound
-from robots.link.mqtt.topics import Channel, robot_topic, world_topic
+from robots.link.mqtt.topics import Channel, robot_topic, speech_topic, world_topic
 
 PASSWORDS = "passwords"
 ACCESS = "acl"
@@ -29,6 +29,7 @@ PATTERNS = re.compile(r"^pattern .*%u", re.MULTILINE)
 RESERVED = frozenset({"service", "fleet"})
 """Users of the broker that are no robots."""
 ANY_WORLD = "+"
+ANY_ROBOT = "+"
 SALT_BYTES = 12
 ITERATIONS = 1000
 """Of PBKDF2. The secrets are random: more would only delay the broker (our choice)."""
@@ -54,6 +55,7 @@ def service_and_fleet() -> str:
         f"topic readwrite {world_topic('+')}",
         *(f"topic read {topic}" for topic in to_robots),
         *(f"topic write {topic}" for topic in of_robots),
+        f"topic readwrite {speech_topic('+', ANY_ROBOT, ANY_ROBOT)}",
     ]
     return "\n".join(lines) + "\n"
 
@@ -314,4 +316,6 @@ def _block(name: str, world: str) -> str:
     rights = [f"user {name}", f"topic read {world_topic(world)}"]
     rights += [f"topic read {robot_topic(world, name, channel)}" for channel in READS]
     rights += [f"topic write {robot_topic(world, name, channel)}" for channel in WRITES]
+    rights.append(f"topic write {speech_topic(world, name, ANY_ROBOT)}")
+    rights.append(f"topic read {speech_topic(world, ANY_ROBOT, name)}")
     return "\n".join(rights) + "\n"

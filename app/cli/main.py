@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from app.cli import packs as pack_commands
-from app.cli import production, robots, worlds
+from app.cli import production, robots, rules, worlds
 from app.cli.options import (
     Broker,
     PackNames,
@@ -44,6 +44,7 @@ def choose_cache(context: typer.Context) -> None:
 app.add_typer(worlds.commands, name="world")
 app.add_typer(pack_commands.commands, name="pack")
 app.add_typer(robots.commands, name="robot")
+app.add_typer(rules.commands, name="rules")
 experiments = typer.Typer(no_args_is_help=True, help="Run experiments on simulated robots, over many seeds.")
 app.add_typer(experiments, name="experiment")
 app.command()(production.fleet)
@@ -145,6 +146,7 @@ def plan(
     from app.cli.plan import ExtrasRequest, plan_pddl
     from app.cli.plan import plan as run
     from planner import Objective, PlanningRequest, load_knowledge_base
+    from robots.repertoire import read_repertoire
 
     extras = ExtrasRequest(alternatives=alternatives, explanation=explain)
     with reported_errors():
@@ -168,6 +170,7 @@ def plan(
                 deadline_s=deadline,
                 pddl=pddl,
                 verbs=packs.verbs(),
+                perceives=read_repertoire(packs.packets).senses,
             )
         )
 

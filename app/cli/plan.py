@@ -14,14 +14,15 @@ from app.cli.goal_input import read_goals
 from app.cli.progress_line import ProgressLine
 from app.cli.render import show_alternatives, show_explanation, show_plan, show_terms
 from app.cli.start_progress import StartProgress
+from app.cli.trials.offline_mission import goal_problem
 from app.domain.errors import Invalid
 from app.domain.explanation_document import ExplanationBody
 from app.domain.goal_language.verbs import Verbs
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import initial_facts
+from app.domain.world_model.senses import Perceives
 from app.planning.pool.waiting_line import is_large
 from app.planning.pool.work import PLANNER
-from app.trials.offline_mission import goal_problem
 from planner import (
     KnowledgeBase,
     Observer,
@@ -124,6 +125,7 @@ def plan(
     deadline_s: float | None = None,
     pddl: Path | None = None,
     verbs: Verbs | None = None,
+    perceives: Perceives | None = None,
 ) -> int:
     """Print the plan-net; 0 if there is one or nothing is to be done, 1 if not. Ctrl-C takes the best one so far.
 
@@ -131,6 +133,7 @@ def plan(
     :param deadline_s: when every goal must be true, from the plan's start.
     :param pddl: a folder to write the problem to as PDDL before it is planned.
     :param verbs: of the sentences; default: those that ship with Macta.
+    :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
     :raises Invalid: if a goal is malformed or impossible (with `as_json` also printed), or the engine does not
         exist.
     """
@@ -159,7 +162,12 @@ def plan(
             Console(highlight=False).print(escape(_sentence(stated.nothing_to_do)))
         return 0
     problem = goal_problem(
-        world, initial_facts(world, knowledge_base), stated.goals, knowledge_base, stated.constraints
+        world,
+        initial_facts(world, knowledge_base),
+        stated.goals,
+        knowledge_base,
+        stated.constraints,
+        perceives,
     )
     if stated.due is not None:
         deadline_s = stated.due.in_s

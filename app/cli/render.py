@@ -42,6 +42,8 @@ def show_plan(console: Console, plan: PlanBody) -> None:
     for robot, why in sorted(plan.recruitment.items()):
         work = _work(plan, robot)
         console.print(f"[bold]{robot}[/]{f' ({work})' if work else ''}: {escape(why)}")
+    for line in _clearances(plan):
+        console.print(line)
     if plan.critical_path:
         console.print(f"Critical path: {_path(plan.critical_path)}")
     if plan.repairs is not None:
@@ -51,6 +53,16 @@ def show_plan(console: Console, plan: PlanBody) -> None:
     figures = (f"[bold]{plan.makespan_s:.0f} s[/]{_gap(plan)}", _effort(plan.distance_m, plan.energy_j))
     expected = ", ".join(filter(None, figures))
     console.print(f"Expected to take {expected}; planned by {plan.engine} in {plan.planning_s:.2f} s.\n")
+
+
+def _clearances(plan: PlanBody) -> list[str]:
+    """The orderings for which a robot waits for clearance, and why."""
+    tags = {action.id: f"{action.id} {action.tag}" for action in plan.actions}
+    return [
+        f"By clearance: {tags[one.after]} after {tags[one.before]}, for {escape(one.why)}"
+        for one in plan.orderings
+        if one.why
+    ]
 
 
 def show_repairs(console: Console, repairs: RepairsBody) -> None:

@@ -59,6 +59,14 @@ def check(
     patience_s: Annotated[
         float, typer.Option(min=1, help="Seconds that an answer or a packet may take.")
     ] = 20.0,
+    relay: Annotated[
+        str | None,
+        typer.Option(
+            help="Where to pass connections on to the broker (default host: 127.0.0.1). A robot that connects there is "
+            "cut off for a while, to try its last will and how it reconnects.",
+            metavar="[HOST:]PORT",
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print only one JSON document.")] = False,
 ) -> None:
     """Play the service for a robot and say which rules of the contract it keeps; the robot carries packets out.
@@ -66,9 +74,37 @@ def check(
     Exits with 0 only if no rule is broken.
     """
     from app.cli.robot_check import check_robot
-    from app.trials.conformance.check import CheckRequest
+    from app.cli.trials.conformance.check import CheckRequest
 
     with reported_errors():
         arguments = dict(one.partition("=")[::2] for one in argument or ())
         request = CheckRequest(tag=tag, arguments=arguments, packet_s=packet_s, patience_s=patience_s)
-        raise typer.Exit(check_robot(broker, world, robot, request, as_json=as_json))
+        raise typer.Exit(check_robot(broker, world, robot, request, relay=relay, as_json=as_json))
+
+
+@commands.command()
+def twin(
+    robot: Annotated[str, typer.Argument(help="The robot's name.", metavar="NAME")],
+    is_simulated: Annotated[
+        bool | None,
+        typer.Option("--simulated/--real", help="Who speaks for it from now on (default: say who does)."),
+    ] = None,
+    service: Annotated[
+        str, typer.Option(help="Address of the service.", metavar="URL")
+    ] = "http://127.0.0.1:8000",
+) -> None:
+    """Replace an idle robot by its simulated twin, or the twin by the robot, on a running service.
+
+    The service's token is read from MACTA_TOKEN. Refused with the reason while a mission needs the robot, it holds a
+    sample, or its own software is connected.
+    """
+    from os import environ
+
+    from httpx2 import Client
+
+    from app.cli.twin import twin as run
+
+    token = environ.get("MACTA_TOKEN", "")
+    headers = {"Authorization": f"Bearer {token}"} if token else {}
+    with reported_errors(), Client(base_url=service, headers=headers, timeout=10.0) as client:
+        typer.echo(run(client, robot, is_simulated=is_simulated))

@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 
 from app.cli.ground_truth import holds, is_near
-from app.trials.offline_mission import Mission
-from app.trials.sweep_results import Outcome
+from app.cli.trials.offline_mission import Mission
+from app.cli.trials.sweep_results import Outcome
 from robots.wire import BehaviourScript, PacketReport, PacketState, ScriptReport, ScriptState, SymbolicFact
 from robots.world import WorldFile
 from sim import Truth

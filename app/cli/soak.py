@@ -15,10 +15,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.cli.ground_truth import holds, snapshot_truth
+from app.cli.trials.service_faults import ServiceFaults
+from app.cli.trials.service_process import Installation
+from app.cli.trials.soak import RoundResult, SoakTrial, TrueState
 from app.packs.pack_set import Packs
-from app.trials.service_faults import ServiceFaults
-from app.trials.service_process import Installation
-from app.trials.soak import RoundResult, SoakTrial, TrueState
 from robots.world import WorldFile, world_yaml
 from sim.error import SimulationError
 

@@ -15,15 +15,15 @@ from rich.progress import Progress
 from app.cli.goal_input import StatedGoals, read_goals
 from app.cli.simulated_mission import simulate_mission
 from app.cli.start_progress import StartProgress
+from app.cli.trials.offline_mission import NoMission, goal_problem, plan_mission
+from app.cli.trials.random_goals import drawn_goals
+from app.cli.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSummary
 from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.world_model import initial_facts
 from app.domain.world_model.senses import Perceives
 from app.packs.pack_set import Packs
 from app.planning.pool.work import PLANNER
-from app.trials.offline_mission import NoMission, goal_problem, plan_mission
-from app.trials.random_goals import drawn_goals
-from app.trials.sweep_results import Group, Outcome, SeedResult, Spread, SweepSummary
 from planner import KnowledgeBase, PlanningEngine, PlanningRequest, merge_knowledge_bases
 from planner.engines.registry import portfolio
 from robots.compilation import compile_once

@@ -2,36 +2,39 @@
 
 A robot that waits for clearance begins after the actions that it waits for have ended; one that senses what another
 brings about begins after that one has begun, for a fact may come true before the end of the action that brings it
-about. A part that its robot reports to have begun earlier contradicts the other robot's report.
+about. A part that its robot reports to have begun earlier contradicts the other robot's report. What the other has
+told it itself may be reported later.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from planner import Keeping, Ordering, PlanNet
-from robots.wire import PacketState, Telemetry
+from robots.wire import PacketState
 
 CLOCKS_S = 1.5
 """World seconds by which the clocks of two robots may differ (our choice)."""
 HELD_S = 30.0
 """World seconds for which a report is held back until the one that it contradicts without has come (our choice)."""
-HANDED_OVER_S = 5.0
-"""World seconds that it takes at least to bring a thing on and have another robot grip it (our choice)."""
 BEGUN = frozenset(PacketState) - {PacketState.WAITING, PacketState.INITIALIZING}
 
 Parts = Mapping[tuple[str, str], Mapping[str, Any]]
 """By action id and robot, what is recorded of the robot's part: `state`, `at_s`, `started_at_s`, `finished_at_s`;
-`claimed_at_s`: when it said that it had begun without clearance; `implied`: its end follows from that of its script."""
+`claimed_at_s`: when it said that it had begun without clearance; `implied`: its end follows from that of its script;
+`cleared_by`: by action that it waited for, the robots that have told it of its end."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Told:
-    """What a robot has reported of its part of an action.
+    """What a robot has reported of its part of an action, what its telemetry shows, or what the record has.
 
+    :param robot: or the source of what is believed.
     :param at_s: world's clock; None: it has reported nothing of it, and `state` is `waiting`.
-    :param holding: what its telemetry shows it to hold then; empty if this is no telemetry.
+    :param holding: what its telemetry shows it to hold then; empty if this is no such telemetry.
+    :param place: likewise the place at which it stands.
+    :param believed: the recorded fact, in words; empty if this is a robot's report or telemetry.
     """
 
     robot: str
@@ -40,13 +43,24 @@ class Told:
     state: PacketState
     at_s: float | None
     holding: str = ""
+    place: str = ""
+    believed: str = ""
+
+    @property
+    def is_report(self) -> bool:
+        """True if it is a robot's report of its part, whose place in the order of the plan counts."""
+        return not (self.holding or self.place or self.believed)
 
     def __str__(self) -> str:
         what = f"{self.packet} {self.tag}"
-        if self.holding and self.at_s is not None:
-            return f"{self.robot} holds {self.holding} by its telemetry at {self.at_s:.1f} s"
         if self.at_s is None:
             return f"{self.robot} has reported nothing of {what}"
+        if self.believed:
+            return f"the record has {self.believed} at {self.at_s:.1f} s ({self.robot})"
+        if self.holding:
+            return f"{self.robot} holds {self.holding} by its telemetry at {self.at_s:.1f} s"
+        if self.place:
+            return f"{self.robot} stands at {self.place} by its telemetry at {self.at_s:.1f} s"
         verb = {PacketState.RUNNING: "begun", PacketState.FINISHED: "ended"}.get(self.state)
         if verb is None:
             return f"{self.robot} reports {what} as {self.state.value} at {self.at_s:.1f} s"
@@ -77,11 +91,12 @@ class Contradiction:
 
     def __str__(self) -> str:
         order = f"{self.later.packet} comes after {self.earlier.packet}"
-        if self.earlier.holding:
-            order = "only one of them can"
-        return f"the reports of {self.later.robot} and {self.earlier.robot} contradict each other: " + (
-            f"{self.later}, but {self.earlier}; {order}"
-        )
+        if not self.earlier.is_report:
+            order = "only one of them can be so"
+        who = f"the reports of {self.later.robot} and {self.earlier.robot}"
+        if self.earlier.believed:
+            who = f"the report of {self.later.robot} and the record"
+        return f"{who} contradict each other: {self.later}, but {self.earlier}; {order}"
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self) | {"things": list(self.things), "detail": str(self)}
@@ -104,26 +119,6 @@ def contradictions(net: PlanNet, parts: Parts, *, plan_id: str) -> Sequence[Cont
         for ordering in net.orderings
         for earlier, later in _contradicting(net, ordering, parts)
     ]
-
-
-def gripped_alone(net: PlanNet, action: str, robot: str) -> frozenset[str]:
-    """What the action puts into the robot's gripper and no other holds then."""
-    known = net.action(action)
-    places = [fact for fact in known.preconditions if fact.predicate == OBJECT_POSITION]
-    shared = {fact.args[0] for fact in places if fact.args[2] in net.robots}
-    return frozenset(
-        fact.args[0]
-        for fact in known.effects
-        if fact.predicate == OBJECT_POSITION and fact.args[2] == robot and fact.args[0] not in shared
-    )
-
-
-def shows_holder(telemetry: Telemetry, things: Collection[str], at_s: float) -> bool:
-    """True if a robot's telemetry shows it to hold what another has gripped just before.
-
-    Later telemetry shows nothing: the thing may have been handed over.
-    """
-    return telemetry.holding in things and at_s < telemetry.at_s <= at_s + HANDED_OVER_S
 
 
 def told_of(net: PlanNet, parts: Parts, action: str, robot: str) -> Told:
@@ -152,14 +147,21 @@ def _contradicting(net: PlanNet, ordering: Ordering, parts: Parts) -> Iterator[t
         state = PacketState.FINISHED if begun_s == known.get("finished_at_s") else PacketState.RUNNING
         later = Told(robot=robot, packet=ordering.after, tag=tag, state=state, at_s=begun_s)
         for other in doers:
-            if other != robot and _is_too_early(net, ordering, other, begun_s, parts):
+            is_told = other in known.get("cleared_by", {}).get(ordering.before, ())
+            if other != robot and _is_too_early(net, ordering, other, begun_s, parts, is_told=is_told):
                 yield told_of(net, parts, ordering.before, other), later
 
 
-def _is_too_early(net: PlanNet, ordering: Ordering, other: str, begun_s: float, parts: Parts) -> bool:
-    """True if the other robot's part cannot have come before what began then."""
+def _is_too_early(
+    net: PlanNet, ordering: Ordering, other: str, begun_s: float, parts: Parts, *, is_told: bool
+) -> bool:
+    """True if the other robot's part cannot have come before what began then.
+
+    :param is_told: the other robot has said that it had ended its part, so that its report may still be on its way.
+    """
     known = parts.get((ordering.before, other), {})
-    if ordering.kept_by is Keeping.SENSING or known.get("implied", False):
+    is_open = is_told and known.get("state") not in (PacketState.FINISHED, PacketState.FAILED)
+    if is_open or ordering.kept_by is Keeping.SENSING or known.get("implied", False):
         least_s = _least_begin_s(net, ordering.before, other, parts)
         return least_s is not None and least_s - begun_s > CLOCKS_S
     if known.get("state") != PacketState.FINISHED:

@@ -16,7 +16,15 @@ from app.domain.lifecycles.mission import ENDED, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS
 from robots.data import Frozen
-from robots.wire import FactsheetState, FailureCategory, PacketState, ScriptState, SymbolicFact
+from robots.wire import (
+    FactsheetState,
+    FailureCategory,
+    PacketState,
+    Performative,
+    RobotFault,
+    ScriptState,
+    SymbolicFact,
+)
 
 
 class Event(Frozen):
@@ -337,7 +345,10 @@ class MissionStuck(MissionEvent, type="mission.stuck"):
 class ContradictingReport:
     """What a robot has reported of a packet; without a time it has reported nothing of it.
 
-    :param holding: what its telemetry showed it to hold; empty if this is no telemetry.
+    :param robot: or the source of what is believed.
+    :param holding: what its telemetry showed it to hold; empty if this is no such telemetry.
+    :param place: likewise the place at which it stood.
+    :param believed: the recorded fact; empty if this is a robot's report or telemetry.
     """
 
     robot: str
@@ -346,10 +357,15 @@ class ContradictingReport:
     state: PacketState
     at_s: float | None
     holding: str = ""
+    place: str = ""
+    believed: str = ""
 
 
 class ReportsContradict(MissionEvent, type="mission.reports_contradict"):
-    """Two robots' `reports` do not fit together; where the `things` are that they are about is no longer believed."""
+    """Two robots' `reports`, or one and the record, do not fit together.
+
+    Where the `things` are that they are about is no longer believed.
+    """
 
     reports: tuple[ContradictingReport, ...]
     things: tuple[str, ...]
@@ -430,6 +446,21 @@ class PacketReported(Event, type="packet.{0.state}", states=tuple(PacketState)):
     at_s: float
     events: tuple[str, ...]
     detail: str
+
+
+class SpeechHeard(Event, type="speech.heard"):
+    """A robot of the mission reports what another, the `sender`, has said to it, and its answer (world's clock)."""
+
+    robot: str
+    sender: str
+    performative: Performative
+    content: str
+    protocol: str
+    conversation: str
+    sent_at_s: float
+    at_s: float
+    answer: Performative
+    answer_content: str
 
 
 class ResultReceived(Event, type="packet.result"):
@@ -631,6 +662,13 @@ class RobotImpersonated(Event, type="robot.impersonated"):
     reason: str
 
 
+class RobotQueryNotUnderstood(Event, type="robot.query_not_understood"):
+    """The robot does not understand status queries; it is not asked any longer, until it announces itself anew."""
+
+    world: str
+    reason: str
+
+
 class RobotDeclaredLost(Event, type="robot.declared_lost"):
     """An operator has declared the robot lost; `silent`: it was not heard or did not answer."""
 
@@ -690,6 +728,34 @@ class TuningRefused(Event, type="tuning.refused"):
     reason: str
 
 
+class RulesSet(Event, type="rules.set"):
+    """An operator has given the robot rule files: their digests by name."""
+
+    world: str
+    actor: str
+    comment: str
+    version: int
+    digests: Mapping[str, str]
+
+
+class RulesAcknowledged(Event, type="rules.acknowledged"):
+    """The robot follows its rules; the digests of the files by name."""
+
+    world: str
+    version: int
+    reason: str = ""
+    followed: Mapping[str, str]
+
+
+class RulesRefused(Event, type="rules.refused"):
+    """The robot has refused its rules; the digests of the files that it goes on to follow, by name."""
+
+    world: str
+    version: int
+    reason: str
+    followed: Mapping[str, str]
+
+
 class UpkeepReported(Event, type="upkeep.{0.state}", states=tuple(PacketState)):
     """The robot has reported a packet of its own upkeep, such as recharging (world's clock)."""
 
@@ -698,6 +764,14 @@ class UpkeepReported(Event, type="upkeep.{0.state}", states=tuple(PacketState)):
     state: PacketState
     at_s: float
     detail: str
+
+
+class RobotFaultsReported(Event, type="robot.faults_reported"):
+    """The robot has other faults than before, as it says itself (world's clock); none: all are gone."""
+
+    world: str
+    at_s: float
+    faults: tuple[RobotFault, ...]
 
 
 class TeleoperationBegan(Event, type="teleoperation.began"):

@@ -35,6 +35,7 @@ class ScriptView:
     :param waited: the failed packet never began: it waited for another robot.
     :param silent_in_s: least world seconds until the robot's silence is longer than its radio explains; 0 once it is.
     :param doubt: why the robot's report was held back as implausible; empty if none was.
+    :param is_unasked: its robot does not understand status queries, so that it is not asked.
     :param unheard_s: world seconds for which reports may still come that show whether others were waited for; 0 if
         none is missing.
     :param counterparts: robots whose reports it waits for and that have not come.
@@ -57,6 +58,7 @@ class ScriptView:
     doubt: str = ""
     counterparts: tuple[str, ...] = ()
     unheard_s: float = 0.0
+    is_unasked: bool = False
 
     @property
     def is_silent(self) -> bool:
@@ -305,7 +307,7 @@ def _doubting(view: MissionView, doubted: list[ScriptView], open_scripts: list[S
     """Robots report implausibly: the mission is `unknown`, and they are asked once for their status, as are those
     whose reports are missing."""
     concerned = {name for script in doubted for name in (script.robot, *script.counterparts)}
-    ask = tuple(script.robot for script in open_scripts if script.robot in concerned)
+    ask = tuple(script.robot for script in _askable(open_scripts) if script.robot in concerned)
     return Verdict(
         state=MissionState.UNKNOWN,
         wait_s=EXTENSION_S,
@@ -319,10 +321,13 @@ def _expecting(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
     """No question is open: wait, or ask robots if the expected time is over or they are silent for too long."""
     if view.state is MissionState.PAUSED:
         return Verdict(state=view.state, wait_s=view.left_s if view.left_s > 0 else EXTENSION_S)
-    ask = tuple(script.robot for script in open_scripts if view.left_s <= 0 or script.is_silent)
+    ask = tuple(script.robot for script in _askable(open_scripts) if view.left_s <= 0 or script.is_silent)
     if not ask:
+        if unasked := _unasked(view, open_scripts):
+            return unasked
         silent_in_s = min(script.silent_in_s for script in open_scripts)
-        return Verdict(state=view.state, wait_s=min(view.left_s, max(silent_in_s, LOOK_S)))
+        state = _at_work(view) if view.state is MissionState.UNKNOWN else view.state
+        return Verdict(state=state, wait_s=min(view.left_s, max(silent_in_s, LOOK_S)))
     over = "the expected time is over" if view.left_s <= 0 else f"no message from {', '.join(ask)}"
     reason = f"{over}: asking {', '.join(ask)}"
     return Verdict(state=view.state, wait_s=EXTENSION_S, ask=ask, reason=reason)
@@ -338,7 +343,7 @@ def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: 
         return Verdict(state=view.state, wait_s=EXTENSION_S, enquire_at_s=later_s)
     owing = [script.robot for script in open_scripts if _owes_an_answer(script, over=view.left_s <= 0)]
     if not owing:
-        return _going_on(view, open_scripts)
+        return _unasked(view, open_scripts) or _going_on(view, open_scripts)
     if (view.asked_for_s or 0.0) < patience_s:
         reason = f"waiting for {', '.join(owing)} to answer"
         return Verdict(state=view.state, wait_s=patience_s, reason=reason)
@@ -346,6 +351,25 @@ def _questioning(view: MissionView, open_scripts: list[ScriptView], patience_s: 
         state=MissionState.UNKNOWN,
         wait_s=patience_s,
         reason=f"no answer from {', '.join(owing)}",
+        failure=FailureCategory.UNREACHABLE,
+    )
+
+
+def _askable(open_scripts: Sequence[ScriptView]) -> list[ScriptView]:
+    return [script for script in open_scripts if not script.is_unasked]
+
+
+def _unasked(view: MissionView, open_scripts: Sequence[ScriptView]) -> Verdict | None:
+    """The mission is `unknown` while robots would have to be asked that cannot be; None if none would."""
+    due = [script for script in open_scripts if script.is_unasked and (view.left_s <= 0 or script.is_silent)]
+    if not due:
+        return None
+    names = ", ".join(script.robot for script in due)
+    over = "the expected time is over" if view.left_s <= 0 else f"no message from {names}"
+    return Verdict(
+        state=MissionState.UNKNOWN,
+        wait_s=EXTENSION_S,
+        reason=f"{over}, and {names} cannot be asked: status queries are not understood",
         failure=FailureCategory.UNREACHABLE,
     )
 
@@ -358,10 +382,15 @@ def _owes_an_answer(script: ScriptView, *, over: bool) -> bool:
 def _going_on(view: MissionView, open_scripts: list[ScriptView]) -> Verdict:
     """All robots that were asked have answered: go on; if the expected time is over, it is extended."""
     extension_s = max(EXTENSION_S, view.estimate_s / 2) if view.left_s <= 0 else view.left_s
-    begun = any(script.state is not None for script in view.scripts)
     return Verdict(
-        state=MissionState.RUNNING if begun else MissionState.DISPATCHING,
+        state=_at_work(view),
         wait_s=extension_s,
         reason=f"still at work: {', '.join(script.robot for script in open_scripts)}",
         enquire_at_s=view.now_s + extension_s,
     )
+
+
+def _at_work(view: MissionView) -> MissionState:
+    """The state of a mission whose robots are at work."""
+    begun = any(script.state is not None for script in view.scripts)
+    return MissionState.RUNNING if begun else MissionState.DISPATCHING

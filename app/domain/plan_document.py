@@ -7,6 +7,7 @@ from typing import Any, Self
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.lifecycles.plan import PlanState
+from app.domain.world_model.senses import why_cleared
 from app.domain.world_model.vocabulary import planner_fact, symbolic, symbolic_all, types_in
 from planner import (
     CausalLink,
@@ -73,6 +74,7 @@ class OrderingBody(PlanPart):
     kept_by: Keeping | None = Field(
         default=None, description="what keeps it while the robots carry the plan out alone"
     )
+    why: str = Field(default="", description="why clearance keeps it; empty if something else does")
 
 
 class LateGoalBody(PlanPart):
@@ -151,6 +153,7 @@ class PlanBody(PlanPart):
     def of_plan_net(cls, net: PlanNet, knowledge_base: KnowledgeBase, **particulars: object) -> Self:
         """The body of a plan-net; `particulars` are the fields that a plan-net does not have (id, world …)."""
         convert = _ToRelations(knowledge_base)
+        cleared = why_cleared(net, knowledge_base)
         return cls.model_validate(
             {
                 "goals": convert.all(net.goals),
@@ -162,7 +165,13 @@ class PlanBody(PlanPart):
                     for link in net.causal_links
                 ],
                 "orderings": [
-                    OrderingBody(before=o.before, after=o.after, reason=o.reason, kept_by=o.kept_by)
+                    OrderingBody(
+                        before=o.before,
+                        after=o.after,
+                        reason=o.reason,
+                        kept_by=o.kept_by,
+                        why=cleared.get((o.before, o.after), ""),
+                    )
                     for o in net.orderings
                 ],
                 "robots": net.robots,

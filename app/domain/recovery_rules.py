@@ -14,6 +14,7 @@ from app.domain.world_model.beliefs import CAN, OPERABLE, Facts
 from planner import PlanNet
 from planner.repair import Course
 from robots.wire import FailureCategory
+from robots.world.peripherals import PERIPHERAL_TAGS
 
 TRIES = 4
 """How often a mission is recovered before an operator is asked, or it has failed (our choice)."""
@@ -136,17 +137,23 @@ class LeftOut:
 def left_out(troubles: Iterable[Trouble]) -> LeftOut:
     """What repairs must not use: robots that are lost or refused a script, and packets that a robot failed at twice.
 
+    A door that does not open and one that does not stay open or closed fail alike.
+
     :param troubles: all of the mission so far; answered ones do not count.
     """
     had = [one for one in troubles if not (one.waited or one.answered)]
-    often = {
-        known for known, times in Counter((one.robot, one.tag) for one in had).items() if times >= FAILURES
-    }
+    failures = Counter((one.robot, _counted(one.tag)) for one in had)
+    often = {(one.robot, one.tag) for one in had if failures[one.robot, _counted(one.tag)] >= FAILURES}
     unfit = {one.robot for one in had if not one.fit} | {robot for robot, tag in often if not tag}
     return LeftOut(
         robots=frozenset(unfit),
         packets=frozenset((robot, tag) for robot, tag in often if robot not in unfit),
     )
+
+
+def _counted(tag: str) -> str:
+    """What failures at a packet are counted as."""
+    return "peripheral" if tag in PERIPHERAL_TAGS else tag
 
 
 def measure_of(course: Course, *, without: bool) -> Measure:

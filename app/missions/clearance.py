@@ -1,11 +1,15 @@
 """Clearance: a message to a robot that actions have ended which its packets wait for and whose end it cannot sense.
 
+Robots that speak with each other may have it earlier from those that its script names (`told_by`); that a robot says so
+does not end the other's action in the record, which its own report does.
+
 Clearances follow from the actions that have ended; they are derived again with each report and kept in the record until
 the robot has acknowledged them.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from sqlalchemy.orm import Session
 
@@ -24,17 +28,43 @@ def action_has_ended(scripts: Iterable[ScriptRow], action: str) -> bool:
     return all(_has_ended_its_part(script, action) for script in scripts if action in packets_of(script))
 
 
+def told_by_peers(
+    script: ScriptRow, packet_id: str, said: Mapping[str, Sequence[str]]
+) -> dict[str, list[str]]:
+    """Of what a robot says that others have told it, that which its script has it believe.
+
+    :param said: by action, the robots that have told the robot of its end.
+    """
+    packets: Sequence[Mapping[str, Any]] = script.body["packets"]
+    named: Mapping[str, Sequence[str]] = next(
+        (one.get("told_by", {}) for one in packets if one["id"] == packet_id), {}
+    )
+    return {
+        action: sorted(named[action])
+        for action in said
+        if named.get(action) and {*named[action]} <= {*said[action]}
+    }
+
+
 def begun_uncleared(
-    packet_id: str, script: ScriptRow, scripts: Sequence[ScriptRow]
+    packet_id: str,
+    script: ScriptRow,
+    scripts: Sequence[ScriptRow],
+    said: Mapping[str, Sequence[str]] | None = None,
 ) -> tuple[str, str] | None:
     """A packet up to this one, and an action that it waits for and that has not ended; None if there is none.
 
-    A robot that has begun a packet has begun those before it.
+    A robot that has begun a packet has begun those before it. What it was told by the robots that its script names is
+    cleared.
     :param scripts: all of the same plan.
+    :param said: by action, who has told the robot of its end, as it says with this packet's beginning.
     """
     for packet in script.body["packets"]:
+        told = script.packets.get(packet["id"], {}).get("cleared_by", {})
+        if packet["id"] == packet_id and said:
+            told = told | told_by_peers(script, packet_id, said)
         for action in packet.get("after", ()):
-            if not action_has_ended(scripts, action):
+            if action not in told and not action_has_ended(scripts, action):
                 return packet["id"], action
         if packet["id"] == packet_id:
             return None
@@ -53,6 +83,11 @@ def counterparts(script: ScriptRow, scripts: Sequence[ScriptRow]) -> tuple[str, 
         if one is not script
         and any(a in awaited and not _has_ended_its_part(one, a) for a in packets_of(one))
     )
+
+
+def said_with(report: object) -> Mapping[str, Sequence[str]]:
+    """By action, the robots that have told the reporting one of its end."""
+    return report.cleared_by if isinstance(report, PacketReport) else {}
 
 
 def begun_by(report: object, script: ScriptRow) -> str | None:

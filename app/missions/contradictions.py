@@ -5,12 +5,13 @@ from collections.abc import Iterable, Sequence
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.contradictions import CLOCKS_S, Contradiction, Parts, Told, contradictions
+from app.domain.contradictions import Contradiction, Parts, Told, contradictions
 from app.domain.events import ContradictingReport, ReportsContradict
 from app.domain.lifecycles.mission import MissionState
+from app.domain.rivals import Ended, Rival
 from app.domain.world_model import belief_change
 from app.domain.world_model.beliefs import OBJECT_POSITION
-from app.missions.clearance import begun_by, begun_uncleared, packets_of
+from app.missions.clearance import begun_by, begun_uncleared, packets_of, said_with
 from app.store import MissionRow, ScriptRow
 from robots.wire import PacketReport, PacketState, ScriptReport
 
@@ -33,28 +34,26 @@ class ContradictionRecord:
         self._add(session, mission, contradictions(net, parts_of(scripts), plan_id=mission.plan_id))
 
     def note_rival(
-        self, session: Session, mission: MissionRow, script: ScriptRow, report: PacketReport, rival: Told
+        self, session: Session, mission: MissionRow, script: ScriptRow, ended: Ended, rival: Rival
     ) -> None:
-        """Record that a robot reports to have gripped what another's telemetry shows it to hold afterwards.
+        """Record that what a robot reports to have ended does not fit to what others have told.
 
-        Telemetry within what two robots' clocks may differ by shows nothing.
+        While news may be under way, only keep when it says to have ended it: what comes after waits for that, too.
         """
-        if rival.at_s is None or rival.at_s - report.at_s <= CLOCKS_S:
+        if not rival.is_certain:
+            known = script.packets.get(ended.action, {"state": PacketState.WAITING.value})
+            script.packets = {**script.packets, ended.action: {**known, "doubted_at_s": ended.at_s}}
             return
-        action = self._plan_nets.of(session, mission.plan_id).action(report.packet_id)
         later = Told(
-            robot=script.robot,
-            packet=report.packet_id,
-            tag=action.tag,
-            state=report.state,
-            at_s=report.at_s,
+            robot=ended.robot,
+            packet=ended.action,
+            tag=ended.net.action(ended.action).tag,
+            state=PacketState.FINISHED,
+            at_s=ended.at_s,
         )
-        one = Contradiction(plan_id=mission.plan_id, earlier=rival, later=later, things=(rival.holding,))
-        if all(one.later != old.later for old in recorded(mission)):
-            self._add(session, mission, [one])
-            self._workflows.wake(
-                session, mission.workflow, f"contradiction:{report.packet_id}:{script.robot}"
-            )
+        one = Contradiction(plan_id=mission.plan_id, earlier=rival.told, later=later, things=rival.things)
+        self._add(session, mission, [one])
+        self._workflows.wake(session, mission.workflow, f"contradiction:{ended.action}:{ended.robot}")
 
     def _add(self, session: Session, mission: MissionRow, found: Iterable[Contradiction]) -> None:
         known = {one.key for one in recorded(mission)}
@@ -89,7 +88,7 @@ def note_claim(report: object, script: ScriptRow, scripts: Sequence[ScriptRow]) 
     :param scripts: all of the same plan.
     """
     packet = begun_by(report, script)
-    pair = None if packet is None else begun_uncleared(packet, script, scripts)
+    pair = None if packet is None else begun_uncleared(packet, script, scripts, said_with(report))
     if pair is None or not isinstance(report, PacketReport | ScriptReport):
         return
     known = script.packets.get(pair[0], {"state": PacketState.WAITING.value})
@@ -127,6 +126,8 @@ def _event(mission: MissionRow, one: Contradiction) -> ReportsContradict:
                 state=told.state,
                 at_s=told.at_s,
                 holding=told.holding,
+                place=told.place,
+                believed=told.believed,
             )
             for told in one.reports
         ),

@@ -1,6 +1,6 @@
 """Dispatch: records the scripts of a mission's plan; the agent models deliver them from there."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -26,14 +26,17 @@ class ScriptDispatcher:
         library: Library,
         repertoires: Mapping[str, Mapping[str, Sequence[str]]],
         senses: Mapping[str, Senses] | None = None,
+        clearing: Mapping[str, Collection[str]] | None = None,
     ) -> None:
         """:param repertoires: by world and robot, the packet tags the robot can carry out.
         :param senses: by world, what robots sense, of those that do not sense all; None: all do.
+        :param clearing: by world, the robots that clear each other; None: none do.
         """
         self._core = core
         self._library = library
         self._repertoires = repertoires
         self._senses = senses
+        self._clearing = clearing
 
     def is_dispatched(self, session: Session, mission: MissionRow) -> bool:
         """True if the scripts of the mission's plan are recorded."""
@@ -59,6 +62,7 @@ class ScriptDispatcher:
             answer_s=answer_s,
             script_ids=lambda robot: script_id(mission, robot),
             senses=None if self._senses is None else self._senses[mission.world],
+            clearing=() if self._clearing is None else self._clearing[mission.world],
         )
         if isinstance(organised, OrganiserFailure):
             return organised.reason

@@ -7,7 +7,7 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from sqlalchemy import or_, select
+from sqlalchemy import delete, or_, select
 from sqlalchemy.orm import Session
 
 from app.agents.agent_models import FactsheetReply, Reception
@@ -26,14 +26,14 @@ from app.domain.lifecycles.factsheet import (
 from app.domain.world_model.edits import ChangeRobot, WorldEdit
 from app.domain.world_model.factsheets import addition, difference, facts_said_by
 from app.missions.world_changes import NEEDED, WorldChanges
-from app.store import EditionRow, FactsheetRow, WorldRow
+from app.store import EditionRow, FactsheetRow, UnaskedRobotRow, WorldRow
 from app.store.editions import WorldDirectory
 from app.store.facts import factsheet_of
 from app.store.records import lock_running_missions
 from app.store.tables import utc_now
 from robots.clock import Clock
 from robots.wire import Factsheet, FactsheetState, Message
-from robots.world import RobotSpec
+from robots.world import Peripheral, RobotSpec
 
 MAX_OUTSIDE = 100
 """Robots outside a world whose factsheets are kept; those of more are dropped."""
@@ -189,7 +189,11 @@ class Factsheets:
         run = session.get_one(WorldRow, world).run or ""
         spec = self._specs(world).get(message.sender)
         is_simulated = spec is not None and not spec.external
-        if is_simulated and sheet.edition is None and self._is_replaced(session, world, message.sender):
+        if isinstance(spec, Peripheral):
+            if is_simulated:
+                self._turn_down(world, message, "its world's file does not say that it is external")
+                return Reception.RECORDED
+        elif is_simulated and sheet.edition is None and self._is_replaced(session, world, message.sender):
             self._turn_down(world, message)
             return Reception.RECORDED
         row = session.get(FactsheetRow, (world, message.sender), populate_existing=True)
@@ -213,6 +217,8 @@ class Factsheets:
         row.sheet = sheet.model_dump(mode="json", exclude={"kind"})
         row.at_s = self._clocks[world].now_s()
         row.came_at = utc_now()
+        of_robot = (UnaskedRobotRow.world == world, UnaskedRobotRow.robot == message.sender)
+        session.execute(delete(UnaskedRobotRow).where(*of_robot))
         self._follow(session, row, spec)
         return Reception.RECORDED
 
@@ -225,8 +231,13 @@ class Factsheets:
                     return edit["external"] is False
         return False
 
-    def _turn_down(self, world: str, message: Message) -> None:
-        reason = f"{message.sender} is simulated now; an operator may take it back (change_robot, external)"
+    def _turn_down(
+        self,
+        world: str,
+        message: Message,
+        why: str = "an operator may take it back (change_robot, external)",
+    ) -> None:
+        reason = f"{message.sender} is simulated now; {why}"
         self._turned_down[world, message.sender] = FactsheetReply(
             robot=message.sender, message_id=message.id, state=FactsheetState.REFUSED, reason=reason
         )
@@ -237,7 +248,7 @@ class Factsheets:
         world: str,
         row: FactsheetRow | None,
         sheet: Factsheet,
-        spec: RobotSpec | None,
+        spec: RobotSpec | Peripheral | None,
     ) -> Reception | None:
         """How a factsheet that changes something is handled if it is not followed now; None if it is."""
         if spec is None:
@@ -248,7 +259,7 @@ class Factsheets:
             return Reception.IGNORED
         return None if self._is_time(world, spec.name) else Reception.HELD_BACK
 
-    def _follow(self, session: Session, row: FactsheetRow, spec: RobotSpec | None) -> None:
+    def _follow(self, session: Session, row: FactsheetRow, spec: RobotSpec | Peripheral | None) -> None:
         """Have the world be as the factsheet says, or note why it is not.
 
         :param spec: the world's robot; None if it has none of that name.
@@ -275,7 +286,7 @@ class Factsheets:
             return
         self._settle(session, row, made, spec=spec)
 
-    def _edit(self, row: FactsheetRow, spec: RobotSpec | None) -> WorldEdit | None:
+    def _edit(self, row: FactsheetRow, spec: RobotSpec | Peripheral | None) -> WorldEdit | None:
         """What the factsheet changes of its world; None if nothing.
 
         :raises Invalid: if it describes no robot of this world.
@@ -299,7 +310,7 @@ class Factsheets:
         row: FactsheetRow,
         edition: int | None,
         *,
-        spec: RobotSpec | None,
+        spec: RobotSpec | Peripheral | None,
         by: str | None = None,
         comment: str = "",
     ) -> None:
@@ -376,7 +387,7 @@ class Factsheets:
             )
         return False
 
-    def _differs(self, sheet: Factsheet, spec: RobotSpec) -> bool:
+    def _differs(self, sheet: Factsheet, spec: RobotSpec | Peripheral) -> bool:
         try:
             return difference(sheet, spec) is not None
         except Invalid:
@@ -391,8 +402,8 @@ class Factsheets:
         self._changed_at_s[world, robot] = now_s
         return True
 
-    def _specs(self, world: str) -> Mapping[str, RobotSpec]:
-        return {robot.name: robot for robot in self._worlds[world].robots}
+    def _specs(self, world: str) -> Mapping[str, RobotSpec | Peripheral]:
+        return self._worlds[world].agents_by_name
 
     @contextmanager
     def _locked(self, world: str) -> Iterator[Session]:

@@ -1,6 +1,6 @@
 """Reads a mission from the record as the view that the monitor's rules take."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from threading import Lock
 from typing import Any
 
@@ -9,7 +9,6 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.broken_links import broken_links
-from app.domain.contradictions import HELD_S
 from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.recovery import RecoveryStep, why_no_plan
 from app.domain.lifecycles.script import Delivery
@@ -19,8 +18,9 @@ from app.domain.world_model.vocabulary import symbolic
 from app.missions.clearance import counterparts
 from app.missions.contradictions import recorded
 from app.missions.mission_progress import begun, done
+from app.missions.unheard import unheard_s
 from app.store import MissionRow, ScriptRow
-from app.store.records import lost_robot_reasons
+from app.store.records import lost_robot_reasons, unasked_robots
 from planner import Fact
 from robots.wire import FailureCategory, PacketState, ScriptState
 
@@ -60,14 +60,10 @@ class MissionViews:
         """
         current = [script for script in scripts if script.plan_id == mission.plan_id]
         missed, broken = self._beliefs(session, mission, current)
-        awaited = {
-            action
-            for script in current
-            for packet in script.body["packets"]
-            for action in packet.get("after", ())
-        }
+        owing = unheard_s(current, now_s)
         any_lost = any(script.abandoned for script in current)
         lost = lost_robot_reasons(session, mission.world) if any_lost else {}
+        unasked = {row.robot for row in unasked_robots(session, mission.world)}
         return MissionView(
             state=MissionState(mission.state),
             now_s=now_s,
@@ -81,7 +77,8 @@ class MissionViews:
                     silent_in_s=self._silent_in_s(script.robot),
                     is_lost=script.robot in lost,
                     counterparts=counterparts(script, current) if script.doubt else (),
-                    unheard_s=_unheard_s(script, awaited, now_s),
+                    unheard_s=owing.get(script.robot, 0.0),
+                    is_unasked=script.robot in unasked,
                 )
                 for script in current
             ],
@@ -174,25 +171,14 @@ def _about(packet: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(value for name, value in packet["arguments"].items() if name in THINGS)
 
 
-def _unheard_s(script: ScriptRow, awaited: Collection[str], now_s: float) -> float:
-    """World seconds for which reports of a finished script may still come: when packets began that waited for
-    clearance, and when those ended that others waited for.
-
-    :param awaited: those actions.
-    """
-    if script.state != ScriptState.FINISHED or script.heard_at_s is None:
-        return 0.0
-    has_all = all(
-        ("started_at_s" in known or not packet.get("after"))
-        and not (packet["id"] in awaited and known.get("implied", False))
-        for packet in script.body["packets"]
-        if (known := script.packets.get(packet["id"], {})) is not None
-    )
-    return 0.0 if has_all else max(0.0, script.heard_at_s + HELD_S - now_s)
-
-
 def _script(
-    script: ScriptRow, *, silent_in_s: float, is_lost: bool, counterparts: tuple[str, ...], unheard_s: float
+    script: ScriptRow,
+    *,
+    silent_in_s: float,
+    is_lost: bool,
+    counterparts: tuple[str, ...],
+    unheard_s: float,
+    is_unasked: bool,
 ) -> ScriptView:
     failed = _failed(script)
     return ScriptView(
@@ -213,4 +199,5 @@ def _script(
         doubt=script.doubt,
         counterparts=counterparts,
         unheard_s=unheard_s,
+        is_unasked=is_unasked,
     )

@@ -6,7 +6,7 @@ from sqlalchemy.orm import Session
 
 from app.agents import RobotBoard
 from app.core import Core
-from app.domain.contradictions import Told, gripped_alone, shows_holder, told_of
+from app.domain.contradictions import told_of
 from app.domain.lifecycles.script import has_terminated
 from app.domain.plausibility import (
     PLACE_M,
@@ -20,8 +20,9 @@ from app.domain.plausibility import (
     doubt_of_time,
 )
 from app.domain.world_model.beliefs import ROBOT_POSITION
-from app.missions.clearance import begun_by, begun_uncleared, finished_by
+from app.missions.clearance import begun_by, begun_uncleared, finished_by, said_with
 from app.missions.contradictions import parts_of
+from app.missions.rivals import Rivals
 from app.store import ScriptRow
 from robots.clock import Clock
 from robots.wire import (
@@ -55,6 +56,7 @@ class Plausibility:
         :param clocks: by world.
         :param lags_s: by world, how far the service's reading of its clock may be behind.
         """
+        self.rivals = Rivals(core, worlds=worlds, clocks=clocks, board=board)
         self._plan_nets = core.plan_nets
         self._clocks = clocks
         self._lags_s = lags_s
@@ -83,45 +85,27 @@ class Plausibility:
         if early or isinstance(report, StatusReport) or _changes_nothing(report, script):
             return early
         if script is not None and (packet := begun_by(report, script)) is not None:
-            out_of_order = self._doubt_of_order(
-                session, script, scripts, packet, at_s=report.at_s, now_s=now_s
-            )
+            out_of_order = self._doubt_of_order(session, script, scripts, packet, report=report, now_s=now_s)
             if out_of_order:
                 return out_of_order
         if script is not None and (packet := finished_by(report, script)) is not None:
             doubt = self._doubt_of_finish(
                 session, script, packet, world=world, at_s=report.at_s, now_s=now_s, lag_s=lag_s
             )
-            rival = None if doubt else self.rival_holder(session, report, script, scripts)
-            return f"reports to hold {rival.holding} at {report.at_s:.1f} s, but {rival}" if rival else doubt
+            return doubt or self._doubt_of_rival(session, report, world, script, scripts)
         if isinstance(report, PacketReport):  # its percepts are not used, because its script goes on
             return ""
         return self._doubt_of_percepts(message.sender, report.perceived, report.at_s, world=world)
 
-    def rival_holder(
-        self, session: Session, report: object, script: ScriptRow, scripts: Sequence[ScriptRow]
-    ) -> Told | None:
-        """Another robot at work for the plan whose telemetry shows it to hold what this one reports to have gripped.
-
-        :param scripts: all of the plan.
-        """
-        if not isinstance(report, PacketReport) or (packet := finished_by(report, script)) is None:
-            return None
-        things = gripped_alone(self._plan_nets.of(session, script.plan_id), packet, script.robot)
-        for other in scripts if things else ():
-            if other.robot == script.robot or has_terminated(other):
-                continue
-            said = self._board.view(other.robot).telemetry
-            if said is not None and said.holding and shows_holder(said, things, report.at_s):
-                return Told(
-                    robot=other.robot,
-                    packet=said.packet_id or "",
-                    tag=said.packet_tag or "",
-                    state=said.packet_state or PacketState.WAITING,
-                    at_s=said.at_s,
-                    holding=said.holding,
-                )
-        return None
+    def _doubt_of_rival(
+        self, session: Session, report: Report, world: str, script: ScriptRow, scripts: Sequence[ScriptRow]
+    ) -> str:
+        found = self.rivals.of(session, report, world, script, scripts)
+        if found is None:
+            return ""
+        ended, rival = found
+        tag = ended.net.action(ended.action).tag
+        return f"reports to have ended {ended.action} {tag} at {ended.at_s:.1f} s, but {rival.told}"
 
     def doubt_of_sample(self, robot: str, report: SampleReport, world: str) -> str:
         """Why a report of an unknown sample is implausible; empty if it is plausible."""
@@ -137,10 +121,10 @@ class Plausibility:
         scripts: Sequence[ScriptRow],
         packet: str,
         *,
-        at_s: float,
+        report: Report,
         now_s: float,
     ) -> str:
-        pair = begun_uncleared(packet, script, scripts)
+        pair = begun_uncleared(packet, script, scripts, said_with(report))
         if pair is None:
             return ""
         net = self._plan_nets.of(session, script.plan_id)
@@ -149,7 +133,7 @@ class Plausibility:
         return doubt_of_order(
             told_of(net, parts, begun, script.robot),
             [told_of(net, parts, awaited, robot) for robot in net.action(awaited).agents],
-            at_s=at_s,
+            at_s=report.at_s,
             now_s=now_s,
         )
 

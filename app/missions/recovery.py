@@ -202,7 +202,10 @@ def _failing(
     troubles: Sequence[Trouble], without: LeftOut, peripherals: Collection[str]
 ) -> Mapping[str, str]:
     """The peripherals that failed so often that they are left out, each with what it said last."""
-    names = {name for name, _ in without.packets} & set(peripherals)
+    often = {name for name, _ in without.packets} | {
+        one.robot for one in troubles if one.fit
+    } & without.robots
+    names = often & set(peripherals)
     return {one.robot: one.detail for one in troubles if one.robot in names}
 
 

@@ -5,6 +5,7 @@ import logging
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from sqlalchemy import select, tuple_
 from sqlalchemy.orm import Session
@@ -16,10 +17,13 @@ from app.domain.events import (
     ControlRefused,
     MissionRunning,
     PacketReported,
+    RobotFaultsReported,
+    RobotQueryNotUnderstood,
     ScriptAcknowledged,
     ScriptRefused,
     ScriptReported,
     ScriptStatus,
+    SpeechHeard,
 )
 from app.domain.ids import new_id
 from app.domain.lifecycles.mission import MissionState, begin_work, has_ended, is_paused
@@ -46,20 +50,28 @@ from app.domain.lifecycles.script import (
 )
 from app.domain.world_model import Reservation
 from app.missions.belief_updates import BeliefUpdates
-from app.missions.clearance import action_has_ended, begun_uncleared, packets_of, renew_clearances
+from app.missions.clearance import (
+    action_has_ended,
+    begun_uncleared,
+    packets_of,
+    renew_clearances,
+    told_by_peers,
+)
 from app.missions.contradictions import ContradictionRecord, note_claim
 from app.missions.factsheets import Factsheets
+from app.missions.mission_speech import speech_of
 from app.missions.plausibility import Plausibility
 from app.missions.results import keep_results
 from app.missions.world_changes import WorldChanges
 from app.planning.waiting_goals import WaitingGoals
-from app.store import MessageRow, MissionRow, ScriptRow
+from app.store import MessageRow, MissionRow, ScriptRow, UnaskedRobotRow
 from app.store.durations import learn
 from robots.wire import (
     Acknowledgement,
     BehaviourScript,
     ControlVerb,
     Factsheet,
+    FaultReport,
     Message,
     PacketReport,
     PacketState,
@@ -67,12 +79,13 @@ from robots.wire import (
     SampleReport,
     ScriptReport,
     ScriptState,
+    SpeechReport,
     StatusReport,
     SymbolicFact,
     UpkeepReport,
 )
 
-OfScript = Acknowledgement | Refusal | PacketReport | ScriptReport | StatusReport
+OfScript = Acknowledgement | Refusal | PacketReport | ScriptReport | StatusReport | SpeechReport
 """Reports and answers about a script."""
 MAX_ID = 120
 """The longest key of a recorded message."""
@@ -176,6 +189,8 @@ class MissionReports:
                 reception = Reception.IGNORED
                 if _key(message) in known:
                     pass
+                elif isinstance(message.body, FaultReport):
+                    reception = self._record_faults(session, message, message.body, world)
                 elif isinstance(message.body, UpkeepReport):
                     reception = self._record_upkeep(session, message, message.body, world)
                 elif subject is not None:
@@ -192,6 +207,16 @@ class MissionReports:
                     self._workflows.wake(session, mission.workflow, key)
             return receptions
 
+    def _record_faults(
+        self, session: Session, message: Message, report: FaultReport, world: str
+    ) -> Reception:
+        session.add(_row(message))
+        event = RobotFaultsReported(
+            subject=message.sender, world=world, at_s=report.at_s, faults=report.faults
+        )
+        self._events.append(session, event)
+        return Reception.RECORDED
+
     def _record_upkeep(
         self, session: Session, message: Message, report: UpkeepReport, world: str
     ) -> Reception:
@@ -204,19 +229,19 @@ class MissionReports:
 
     def _record_subject(self, session: Session, message: Message, subject: _Subject, world: str) -> Reception:
         if why := self._plausibility.doubt(session, message, world, subject.script, subject.scripts):
-            self._hold_back(session, message, subject, why)
+            self._hold_back(session, message, subject, why, world)
             return Reception.HELD_BACK
         session.add(_row(message))
         self._apply(session, message, subject)
         return Reception.RECORDED
 
-    def _hold_back(self, session: Session, message: Message, subject: _Subject, why: str) -> None:
+    def _hold_back(self, session: Session, message: Message, subject: _Subject, why: str, world: str) -> None:
         """Note an implausible report, and wake its mission to query the robot."""
         note_claim(message.body, subject.script, subject.scripts)
         is_open = subject.is_current and not has_ended(subject.mission)
-        rival = self._plausibility.rival_holder(session, message.body, subject.script, subject.scripts)
-        if is_open and rival is not None and isinstance(message.body, PacketReport):
-            self._contradictions.note_rival(session, subject.mission, subject.script, message.body, rival)
+        rival = self._plausibility.rivals.of(session, message.body, world, subject.script, subject.scripts)
+        if is_open and rival is not None:
+            self._contradictions.note_rival(session, subject.mission, subject.script, *rival)
         if is_open and doubt(subject.script, why):
             logger.warning("report held back as implausible: %s %s", message.sender, why)
             self._workflows.wake(session, subject.mission.workflow, new_id("doubt"))
@@ -237,6 +262,8 @@ class MissionReports:
                 reissue_if_diverged(subject.script, subject.mission)
             case ScriptReport() as report:
                 self._script_ended(session, report, subject)
+            case SpeechReport() as report:
+                self._speech(session, report, subject)
             case StatusReport() as report:
                 self._status(session, message, report, subject)
                 reissue_if_diverged(subject.script, subject.mission)
@@ -257,20 +284,31 @@ class MissionReports:
             else:
                 settle_order(script)
                 label = order_label(control)
-                self._ask_why(script, label, refusal)
+                self._ask_why(session, subject, label, refusal)
                 refused = ControlRefused(subject=script.id, robot=script.robot, control=label, reason=refusal)
                 self._events.append(session, refused)
         elif script.clearance is not None and message.in_reply_to == f"{script.id}:{script.clearance}":
             clearance = script.clearance
             settle_clearance(script)
             if refusal is not None:
-                self._ask_why(script, clearance, refusal)
+                self._ask_why(session, subject, clearance, refusal)
                 self._events.append(
                     session,
                     ClearanceRefused(
                         subject=script.id, robot=script.robot, clearance=clearance, reason=refusal
                     ),
                 )
+
+        elif refusal is not None and script.question is not None and message.in_reply_to == script.question:
+            note_answer(script, message.in_reply_to)
+            self._stop_asking(session, subject, refusal)
+
+    def _stop_asking(self, session: Session, subject: _Subject, reason: str) -> None:
+        """Note that the robot does not understand status queries."""
+        world, robot = subject.mission.world, subject.script.robot
+        if session.get(UnaskedRobotRow, (world, robot)) is None:
+            session.add(UnaskedRobotRow(world=world, robot=robot, reason=reason))
+            self._events.append(session, RobotQueryNotUnderstood(subject=robot, world=world, reason=reason))
 
     def _delivered(self, session: Session, subject: _Subject, refusal: str | None) -> None:
         script = subject.script
@@ -286,13 +324,15 @@ class MissionReports:
                     session, ScriptRefused(subject=script.id, robot=script.robot, reason=refusal)
                 )
 
-    def _ask_why(self, script: ScriptRow, refused: str, reason: str) -> None:
-        """Ask the robot for its status after it refused an order or a clearance.
+    def _ask_why(self, session: Session, subject: _Subject, refused: str, reason: str) -> None:
+        """Ask the robot for its status after it refused an order or a clearance, unless it cannot be asked.
 
         Possible reasons: the script has ended and its report is on the way, the robot no longer has the script, or it
         has followed an order with a greater number, which a lost database had recorded.
         """
-        if not has_terminated(script):
+        script = subject.script
+        cannot = session.get(UnaskedRobotRow, (subject.mission.world, script.robot)) is not None
+        if not has_terminated(script) and not cannot:
             ask(script, f"{script.id}:status:{refused}")
         script.detail = reason
 
@@ -309,6 +349,7 @@ class MissionReports:
         known |= {"state": report.state.value, "at_s": report.at_s, "detail": report.detail}
         if report.state is PacketState.RUNNING:
             known.setdefault("started_at_s", report.at_s)
+            known |= _cleared(script, report)
         if report.state in TERMINAL_PACKETS:
             known["finished_at_s"] = report.at_s
         script.packets = {**script.packets, report.packet_id: known}
@@ -341,6 +382,7 @@ class MissionReports:
         known = dict(subject.script.packets[report.packet_id])
         if report.state is PacketState.RUNNING:
             known.setdefault("started_at_s", report.at_s)
+            known |= _cleared(subject.script, report)
         elif report.state is PacketState.FINISHED and known.pop("implied", False):
             known["finished_at_s"] = report.at_s
         else:
@@ -433,6 +475,24 @@ class MissionReports:
             ),
         )
 
+    def _speech(self, session: Session, report: SpeechReport, subject: _Subject) -> None:
+        """Another robot has spoken to this one. A robot that has restarted may report the same conversation again."""
+        one = SpeechHeard(
+            subject=subject.mission.id,
+            robot=subject.script.robot,
+            **{
+                name: getattr(report, name)
+                for name in ("sender", "performative", "content", "protocol", "sent_at_s", "at_s", "answer")
+            },
+            conversation=report.conversation_id,
+            answer_content=report.answer_content,
+        )
+        known = speech_of(session, subject.mission.id)
+        if all(
+            (row.data["robot"], row.data["conversation"]) != (one.robot, one.conversation) for row in known
+        ):
+            self._events.append(session, one)
+
     def _imply_ends(self, session: Session, report: StatusReport, subject: _Subject) -> None:
         """Another robot's report waits for this one's: what is before the packet that it is at has ended."""
         if report.packet_id not in (packets := packets_of(subject.script)):
@@ -482,6 +542,12 @@ def _may_free(message: Message) -> bool:
         case PacketReport(state=PacketState.FINISHED) | ScriptReport(state=ScriptState.FINISHED):
             return True
     return False
+
+
+def _cleared(script: ScriptRow, report: PacketReport) -> dict[str, Any]:
+    """What is kept of who has cleared the packet that begins, beside the service."""
+    told = told_by_peers(script, report.packet_id, report.cleared_by)
+    return {"cleared_by": told} if told else {}
 
 
 def _told_by(report: PacketReport, script: ScriptRow) -> list[SymbolicFact]:

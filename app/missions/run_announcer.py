@@ -71,7 +71,7 @@ class RunAnnouncer:
 
     def _is_of_robots_alone(self) -> bool:
         """True if no robot is to be simulated; one that is added later waits for its fleet, and stops nobody."""
-        return self.is_announcing or all(robot.external for robot in self._worlds[self._world].robots)
+        return self.is_announcing or all(agent.external for agent in self._worlds[self._world].agents)
 
     def _recorded_run(self) -> tuple[str, float]:
         """The run to announce and the epoch seconds at which its time was 0, recorded."""

@@ -8,6 +8,8 @@ from pydantic import TypeAdapter, ValidationError
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, defer
 
+from app.agents.rules import renew_rules
+from app.agents.tuning import renew_tunings
 from app.core import Core
 from app.domain.errors import Conflict, Invalid, MactaError, NotFound, Outdated
 from app.domain.events import WorldChanged
@@ -19,6 +21,7 @@ from app.domain.world_model import Change, Facts, broken_support, revise_beliefs
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from app.domain.world_model.berths import berths_of
 from app.domain.world_model.edits import (
+    AddPeripheral,
     AddRobot,
     AddSample,
     AnyEdit,
@@ -39,6 +42,7 @@ from app.store import (
     MissionRow,
     OutOfServiceRow,
     PlanRow,
+    RulesRow,
     ScriptRow,
     TuningRow,
     UnknownRow,
@@ -323,7 +327,7 @@ class WorldChanges:
             robot.name: name for name, file in self._worlds.items() if name != world for robot in file.agents
         }
         for index, edit in enumerate(edited.made):
-            if isinstance(edit, AddRobot) and (name := edit.robot.name) in others:
+            if (name := _new_agent(edit)) in others:
                 raise Invalid(
                     f"edits.{index}: {others[name]} has a robot {name}; robots are known by their names in all worlds "
                     "of a service",
@@ -375,7 +379,7 @@ class WorldChanges:
             if robot is not None and robot.external and self._is_connected(edit.name):
                 raise Conflict(
                     f"edits.{index}: {edit.name} is connected and would follow the orders of its twin, too; "
-                    "disconnect it first",
+                    "disconnect it first, and wait until it is offline",
                     code="robot-connected",
                     thing=edit.name,
                 )
@@ -402,6 +406,16 @@ class WorldChanges:
         ]
 
 
+def _new_agent(edit: WorldEdit) -> str:
+    """The name of the robot or peripheral that the edit adds; empty if it adds none."""
+    match edit:
+        case AddRobot(robot=robot):
+            return robot.name
+        case AddPeripheral(peripheral=peripheral):
+            return peripheral.name
+    return ""
+
+
 def _tags_of(edit: WorldEdit) -> Sequence[str]:
     """The packets that a robot has after the edit."""
     match edit:
@@ -423,19 +437,21 @@ def _tuning_of(edit: WorldEdit) -> PacketTunings:
 
 
 def _forget_replaced(session: Session, world: str, edits: Sequence[WorldEdit]) -> None:
-    """Drop the factsheets of robots in whose place others speak from now on."""
+    """Drop the factsheets of robots in whose place others speak from now on; those get tunings and rules anew."""
     replaced = [edit.name for edit in edits if isinstance(edit, ChangeRobot) and edit.replaces]
     if replaced:
         session.execute(
             delete(FactsheetRow).where(FactsheetRow.world == world, FactsheetRow.robot.in_(replaced))
         )
+        renew_tunings(session, world, replaced)
+        renew_rules(session, world, replaced)
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:
     """Drop what is recorded of samples and robots that the world no longer has."""
     here = {one.name for one in world.agents} | {one.name for one in world.samples}
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
-    for table in (LostRobotRow, OutOfServiceRow, TuningRow):
+    for table in (LostRobotRow, OutOfServiceRow, TuningRow, RulesRow):
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
     session.execute(
         delete(FactsheetRow).where(

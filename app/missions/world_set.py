@@ -32,6 +32,7 @@ from app.store import (
     LostRobotRow,
     MissionRow,
     OutOfServiceRow,
+    RulesRow,
     ScriptRow,
     TuningRow,
     UnknownRow,
@@ -383,7 +384,7 @@ def _listed(ids: Sequence[str]) -> str:
 
 def _forget_robots(session: Session, world: str) -> None:
     """Drop what is recorded of the robots' and samples' present state, and the world's lease."""
-    for table in (UnknownRow, LostRobotRow, OutOfServiceRow, TuningRow, FactsheetRow, LeaseRow):
+    for table in (UnknownRow, LostRobotRow, OutOfServiceRow, TuningRow, RulesRow, FactsheetRow, LeaseRow):
         session.execute(delete(table).where(table.world == world))
 
 

@@ -7,6 +7,7 @@ from collections.abc import Collection
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
+from app.agents.rules import renew_rules
 from app.agents.running_world import RunningWorld
 from app.agents.tuning import renew_tunings
 from app.core import Core
@@ -77,6 +78,7 @@ def start_world_run(
         session.execute(delete(table).where(table.world == world.name))
     facts = initial_facts(world, core.knowledge_base)
     renew_tunings(session, world.name)
+    renew_rules(session, world.name)
     core.facts.change(session, world.name, add=facts, source=source, at_s=0.0)
     core.facts.numbers.complete(session, world, facts, source=source, at_s=0.0)
     session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))

@@ -22,6 +22,7 @@ from app.store.tables import (
     PlanRow,
     ResultRow,
     ScriptRow,
+    UnaskedRobotRow,
     WorldRow,
 )
 
@@ -97,6 +98,12 @@ def lost_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
 def robots_out_of_service(session: Session, world: str) -> Sequence[OutOfServiceRow]:
     """The robots of a world that were taken out of service, in alphabetical order."""
     query = select(OutOfServiceRow).where(OutOfServiceRow.world == world).order_by(OutOfServiceRow.robot)
+    return session.scalars(query).all()
+
+
+def unasked_robots(session: Session, world: str) -> Sequence[UnaskedRobotRow]:
+    """The robots of a world that do not understand status queries, in alphabetical order."""
+    query = select(UnaskedRobotRow).where(UnaskedRobotRow.world == world).order_by(UnaskedRobotRow.robot)
     return session.scalars(query).all()
 
 

@@ -1,6 +1,6 @@
 """The tables. JSON columns hold bodies of the wire and the API; times ending in `_s` are the world's clock."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -155,6 +155,31 @@ class LostRobotRow(Base):
     declared_by: Mapped[str]
     comment: Mapped[str]
     declared_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class UnaskedRobotRow(Base):
+    """A robot that does not understand status queries, so that it is not asked; until it announces itself anew."""
+
+    __tablename__ = "unasked_robots"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    reason: Mapped[str]
+    noted_at: Mapped[str] = mapped_column(default=utc_now)
+
+
+class SignatureCounterRow(Base):
+    """The counters of a robot's signed messages on one topic: the two greatest accepted, the last one's signature.
+
+    Decimals, as text: they may exceed an integer of the database. `key_id`: which key they are of.
+    """
+
+    __tablename__ = "signature_counters"
+    topic: Mapped[str] = mapped_column(String(300), primary_key=True)
+    world: Mapped[str] = mapped_column(String(64), index=True)
+    key_id: Mapped[str] = mapped_column(String(64))
+    before: Mapped[str] = mapped_column(String(32))
+    last: Mapped[str] = mapped_column(String(32))
+    signature: Mapped[str] = mapped_column(String(64))
 
 
 class OutOfServiceRow(Base):
@@ -459,6 +484,34 @@ class TuningRow(Base):
         """Set the overrides as a new version, to be delivered."""
         self.version += 1
         self.tuning = tuning
+        self.delivery = "pending"
+        self.detail = ""
+        self.comment = comment
+        self.decided_by = actor
+        self.decided_at = utc_now()
+
+
+class RulesRow(Base):
+    """The rule files of a robot's deliberative level, as pairs of name and text in order of rank, the state of their
+    `delivery`, and the digests of the files that the robot said to follow.
+    """
+
+    __tablename__ = "rules"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    version: Mapped[int]
+    files: Mapped[list[Any]] = mapped_column(default=list)
+    followed: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    delivery: Mapped[str] = mapped_column(default="pending")
+    detail: Mapped[str] = mapped_column(default="")
+    comment: Mapped[str] = mapped_column(default="")
+    decided_by: Mapped[str | None]
+    decided_at: Mapped[str | None]
+
+    def set(self, files: Mapping[str, str], *, actor: str, comment: str) -> None:
+        """Set the files as a new version, to be delivered."""
+        self.version += 1
+        self.files = [list(one) for one in files.items()]
         self.delivery = "pending"
         self.detail = ""
         self.comment = comment

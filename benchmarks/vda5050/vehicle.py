@@ -51,6 +51,7 @@ INSTANT_ACTIONS = (
     "factsheetRequest",
     "stopCharging",
     "clearInstantActions",
+    "stopHibernation",
 )
 
 
@@ -78,6 +79,8 @@ class SteppedVehicle:
     load: Load | None = None
     fails: frozenset[str] = frozenset()
     """Types of actions that fail."""
+    holds_failed: bool = False
+    """Failed actions may be tried again: it waits for that."""
     deeds: Counter[str] = field(default_factory=Counter)
     """How often each action was carried out, by its id, and each node reached, by order and sequence."""
     history: list[str] = field(default_factory=list)
@@ -102,6 +105,7 @@ class SteppedVehicle:
         self._published_s = float("-inf")
         self._header = 0
         self._changed = True
+        self.is_hibernating = False
 
     # What it tells
 
@@ -164,6 +168,11 @@ class SteppedVehicle:
     # What it is told
 
     def receive(self, message: Headed) -> None:
+        if self.is_hibernating and not _wakes(message):
+            return
+        if self.is_hibernating:
+            self.is_hibernating = False
+            self.connect()
         if isinstance(message, Order):
             self._take_order(message)
         elif isinstance(message, InstantActions):
@@ -277,7 +286,7 @@ class SteppedVehicle:
                 self.publish(Topic.FACTSHEET, self.factsheet())
             case "clearInstantActions":
                 self._instant = {}
-            case "stateRequest":
+            case "stateRequest" | "stopHibernation":
                 pass
             case _:
                 self._note_instant(action, ActionStatus.FAILED)
@@ -315,10 +324,22 @@ class SteppedVehicle:
         self.mode = mode
         self._changed = True
 
+    def hibernate(self) -> None:
+        """Clear the order, and say nothing more until it is woken (§6.2.3.1, startHibernation)."""
+        self.clear_order(self.mode)
+        self.publish(Topic.STATE, self.state())
+        self.is_hibernating = True
+        self.publish(Topic.CONNECTION, Connection(connection_state=VehicleConnection.HIBERNATING))
+
     def raise_error(self, error: VehicleError, *, stops: bool = True) -> None:
         """Show an error, and stand still if it is one with which no order goes on."""
         self._errors.append(error)
         self._is_blocked |= stops and error.error_level.stops_the_order
+        self._changed = True
+
+    def clear_errors(self) -> None:
+        self._errors = []
+        self._is_blocked = False
         self._changed = True
 
     def pause_by_hand(self) -> None:
@@ -348,6 +369,8 @@ class SteppedVehicle:
     def step(self, step_s: float) -> None:
         """Act for a while, and publish what has changed."""
         self.time_s += step_s
+        if self.is_hibernating:
+            return
         if not self._paused and self.mode.takes_orders:
             left_s = self._act(step_s)
             if left_s > 0 and not self._queue and self._running is None:
@@ -379,6 +402,9 @@ class SteppedVehicle:
 
     def _end(self, action: Action) -> None:
         self._running = None
+        if action.action_type in self.fails and self.holds_failed:
+            self._set(action, ActionStatus.RETRIABLE)
+            return
         if action.action_type in self.fails:
             self._set(action, ActionStatus.FAILED)
             reference = Reference(reference_key="actionId", reference_value=action.action_id)
@@ -448,6 +474,12 @@ class SteppedVehicle:
 
     def _note_instant(self, action: Action, status: ActionStatus) -> None:
         self._instant[action.action_id] = _action_state(action, status)
+
+
+def _wakes(message: Headed) -> bool:
+    return isinstance(message, InstantActions) and any(
+        action.action_type == "stopHibernation" for action in message.actions
+    )
 
 
 def _action_state(action: Action, status: ActionStatus) -> ActionState:

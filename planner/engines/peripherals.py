@@ -5,11 +5,16 @@ the peripherals' own actions: one before the first action that asks for another 
 what the plan is to leave as it was. Extraction makes them parallel with what does not depend on them: a door opens
 while the robot approaches, and an opening is shared. To leave conditions out makes no plan longer, so that the engine's
 lower bound and its proofs that there is no plan hold for the whole problem.
+
+What opening and riding takes counts where the makespan is minimised: plans without some ways through the doors and
+lifts of the plan found so far are tried, and the best is kept. A plan with the peripherals' actions is no shorter than
+without them, which bounds the search.
 """
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from math import inf
 
 from planner.engines.plan_net_completion import complete_plan_net, confirm
 from planner.errors import InvalidPlan
@@ -23,16 +28,26 @@ from planner.problem.access import peripherals_of, with_access
 from planner.problem.interface import (
     UNOBSERVED,
     Access,
+    Objective,
     Observer,
     PlanningEngine,
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
     PlanningStatus,
+    Progress,
     warm_up,
 )
+from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 from planner.problem.zones import ground
+
+Way = tuple[str, str]
+"""From a place to another."""
+MAX_TRIALS = 16
+"""How many problems without some ways are tried beside the whole one; with several goals, so many fewer."""
+SHORT_M = 0.3
+"""Ways through a door that are longer than the shortest by no more count as short, too."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +56,30 @@ class Attended:
 
     sequence: tuple[GroundAction, ...]
     goals: tuple[Fact, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Trial:
+    """The engine's plan without some ways, without and with the peripherals' actions."""
+
+    avoided: frozenset[Way]
+    plain: PlanNet
+    whole: PlanNet
+
+
+class _WholeProgress(Observer):
+    """Passes on the progress with the whole problem: bounds of restricted ones are none of it."""
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
+        self.is_whole = True
+
+    def progress(self, progress: Progress) -> None:
+        if self.is_whole:
+            self._observer.progress(progress)
+
+    def should_stop(self) -> bool:
+        return self._observer.should_stop()
 
 
 class PeripheralEngine:
@@ -62,7 +101,9 @@ class PeripheralEngine:
         if not peripherals:
             return self._engine.plan(problem, request, observer)
         barred = problem.access.facts - obtainable(problem, self._base)
-        answer = self._engine.plan(_without(peripherals, barred, problem), request, observer)
+        relay = _WholeProgress(observer)
+        planner = TimeLimitedEngine(self._engine, request, relay)
+        answer = planner.plan(_without(peripherals, barred, problem))
         if answer.plan_net is None:
             words = [denial(self._base, fact) for fact in sorted(barred)]
             reason = "; ".join(filter(None, [enumeration(words), answer.reason]))
@@ -73,7 +114,54 @@ class PeripheralEngine:
             return replace(answer, status=PlanningStatus.FAILED, plan_net=None, reason=str(error))
         if isinstance(plan_net, str):
             return replace(answer, status=PlanningStatus.NOT_FOUND, plan_net=None, reason=plan_net)
-        return replace(answer, plan_net=plan_net)
+        if request.objective is Objective.MAKESPAN:
+            relay.is_whole = False
+            first = _Trial(avoided=frozenset(), plain=answer.plan_net, whole=plan_net)
+            plan_net = self._quickest(first, problem, barred, planner)
+        return replace(answer, plan_net=plan_net, planning_s=round(planner.timer.elapsed_s, 4))
+
+    def _quickest(
+        self, first: "_Trial", problem: PlanningProblem, barred: Collection[Fact], planner: TimeLimitedEngine
+    ) -> PlanNet:
+        """The best of the plan and of those that avoid some of what its ways ask for, by lateness, then makespan.
+
+        Of a door or lift that the ways of a plan ask for, those that begin away from it are avoided, so that robots
+        approach while it opens, or the long ones, so that it closes early, or all.
+        """
+        peripherals = peripherals_of(problem, self._base)
+        options = _options(problem)
+        best = first.whole
+        seen = {first.avoided}
+        waiting = [first]
+        while waiting:
+            trial = min(waiting, key=lambda one: _cost(one.plain))
+            waiting.remove(trial)
+            if _cost(trial.plain) >= _cost(best):
+                break
+            passing = [one for one in trial.whole.actions if peripherals.isdisjoint(one.agents)]
+            used = {fact.args[0] for action in passing for fact in action.preconditions if fact.args}
+            for option in (option for name in sorted(used & options.keys()) for option in options[name]):
+                avoided = trial.avoided | option
+                if avoided in seen:
+                    continue
+                if len(seen) * len(problem.goals) > MAX_TRIALS:
+                    return best
+                seen.add(avoided)
+                answer = planner.plan_if_time(_without(peripherals, barred, problem, avoided=avoided))
+                if answer is None:
+                    return best
+                found = None if answer.plan_net is None else self._tried(answer.plan_net, problem)
+                if answer.plan_net is not None and found is not None:
+                    waiting.append(_Trial(avoided=avoided, plain=answer.plan_net, whole=found))
+                    best = min(best, found, key=_cost)
+        return best
+
+    def _tried(self, plain: PlanNet, problem: PlanningProblem) -> PlanNet | None:
+        try:
+            plan_net = self._completed(linearisation(plain), problem)
+        except InvalidPlan:
+            return None
+        return plan_net if isinstance(plan_net, PlanNet) else None
 
     def _completed(self, sequence: Sequence[GroundAction], problem: PlanningProblem) -> PlanNet | str:
         names = GroundAction.__dataclass_fields__
@@ -174,9 +262,42 @@ def _bringing_about(fact: Fact, able: Sequence[GroundAction], state: Collection[
     )
 
 
-def _without(names: Collection[str], barred: Collection[Fact], problem: PlanningProblem) -> PlanningProblem:
-    """The problem without the peripherals, and without the ways and places that ask for what cannot be had."""
-    closed = {way for way, asked in problem.access.ways.items() if not set(asked).isdisjoint(barred)}
+def _cost(plan_net: PlanNet) -> tuple[float, float]:
+    """Seconds of lateness and of makespan."""
+    return sum(plan_net.late.values()), plan_net.makespan_s
+
+
+def _options(problem: PlanningProblem) -> dict[str, tuple[frozenset[Way], ...]]:
+    """By door or lift, the ways that plans may avoid: those that begin away from it, all but the shortest, and all."""
+    through: dict[Fact, list[Way]] = {}
+    for way, asked in sorted(problem.access.ways.items()):
+        for fact in asked:
+            through.setdefault(fact, []).append(way)
+    found: dict[str, list[set[Way]]] = {}
+    for fact, ways in through.items():
+        lengths_m = {way: problem.functions.get(("distance_m", way), inf) for way in ways}
+        most_m = min(lengths_m.values()) + SHORT_M
+        long = {way for way in ways if lengths_m[way] > most_m}
+        beside = {place for way in ways if way not in long for place in way}
+        away = {way for way in long if way[0] not in beside}
+        options = found.setdefault(fact.args[0], [set(), set(), set()])
+        for option, some in zip(options, (away, long, ways), strict=True):
+            option.update(some)
+    return {name: tuple(map(frozenset, options)) for name, options in found.items()}
+
+
+def _without(
+    names: Collection[str],
+    barred: Collection[Fact],
+    problem: PlanningProblem,
+    *,
+    avoided: frozenset[Way] = frozenset(),
+) -> PlanningProblem:
+    """The problem without the peripherals, without the ways and places that ask for what cannot be had, and without
+    those that are avoided."""
+    closed = {
+        way for way, asked in problem.access.ways.items() if not set(asked).isdisjoint(barred)
+    } | avoided
     shut = {end for end, asked in problem.access.positions.items() if not set(asked).isdisjoint(barred)}
     rooms = {end[-1:] for end in shut}
     goals = tuple(goal for goal in problem.goals if set(names).isdisjoint(goal.args))

@@ -58,7 +58,12 @@ def read_knowledge_base_part(path: str | Path) -> KnowledgeBasePart:
 
     :raises KnowledgeBaseError: if it is missing or malformed.
     """
-    return _part(Document.parse(read_text(path), str(path)))
+    return _read_part(read_text(path), str(path))
+
+
+@lru_cache(maxsize=8)
+def _read_part(text: str, origin: str) -> KnowledgeBasePart:
+    return _part(Document.parse(text, origin))
 
 
 def _part(document: Document) -> KnowledgeBasePart:

@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass, field
 
 from robots.clock import ManualClock
+from robots.deliberative.mind import Mind
 from robots.link import InMemoryLink
 from robots.wire import (
     WORLD,
@@ -21,6 +22,7 @@ from robots.wire import (
     FactsheetAnswer,
     FailureCategory,
     Message,
+    NotUnderstood,
     PacketReport,
     PacketResult,
     PacketState,
@@ -29,6 +31,8 @@ from robots.wire import (
     Receipt,
     Refusal,
     Retune,
+    RuleSet,
+    RulesReport,
     ScriptReport,
     ScriptRequest,
     ScriptState,
@@ -71,6 +75,8 @@ class FakeRobot:
     """Relation and place, where it is at one."""
     holds: str | None = None
     tunings: list[PacketTunings] = field(default_factory=list)
+    mind: Mind | None = None
+    """Its deliberative level; without one it does not understand rules."""
     forgone: set[str] = field(default_factory=set)
     set_points: list[SetPoint] = field(default_factory=list)
     order: int = 0
@@ -209,7 +215,11 @@ class FakeTeam:
         if isinstance(message.body, Retune):
             self._retune(message, message.body, robot)
             return
-        robot.answers[message.id] = self._answer(message, robot)
+        if isinstance(message.body, RuleSet):
+            answer = self._follow(message, message.body, robot.mind)
+        else:
+            answer = self._answer(message, robot)
+        robot.answers[message.id] = answer
         self._far.send(robot.answers[message.id])
 
     def _take_as_world(self, message: Message) -> None:
@@ -241,6 +251,16 @@ class FakeTeam:
         robot.tunings.append(wanted.tuning)
         robot.answers[message.id] = self._message(message.receiver, performative, answer, message.id)
         self._far.send(robot.answers[message.id])
+
+    def _follow(self, message: Message, wanted: RuleSet, mind: Mind | None) -> Message:
+        name = message.receiver
+        if mind is None:
+            unknown = NotUnderstood(reason="unknown kind rule_set")
+            return self._message(name, Performative.NOT_UNDERSTOOD, unknown, message.id)
+        reason = mind.follow(wanted.files, wanted.version, self.clock.now_s())
+        performative = Performative.AGREE if reason is None else Performative.REFUSE
+        report = RulesReport(version=wanted.version, reason=reason or "", digests=dict(mind.digests))
+        return self._message(name, performative, report, message.id)
 
     def _answer(self, message: Message, robot: FakeRobot) -> Message:
         name = message.receiver

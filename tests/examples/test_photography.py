@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from app.cli.goal_input import read_goals
+from app.cli.trials.offline_mission import goal_problem
 from app.domain.world_model import initial_facts
 from app.packs.check import faults_of
 from app.packs.extensions import extension_faults
 from app.packs.find import load_packs
-from app.trials.offline_mission import goal_problem
 from planner import PlanningRequest, PlanningStatus
 from planner.engines.registry import engine_named
 from robots.world import load_world

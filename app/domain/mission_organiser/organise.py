@@ -1,6 +1,6 @@
 """The mission organiser: turns an approved plan-net into a behaviour script for each robot (MACTA §4)."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.domain.mission_organiser.behaviours_library import Library
@@ -8,7 +8,7 @@ from app.domain.mission_organiser.synchronisation import clearances, message_cou
 from app.domain.world_model.senses import awaited_facts, unsensed
 from app.domain.world_model.vocabulary import symbolic_all
 from planner import TEAM_SEPARATOR, Fact, KnowledgeBase, PlanNet, PlanNetAction, Senses
-from robots.wire import BehaviourPacket, BehaviourScript
+from robots.wire import BehaviourPacket, BehaviourScript, Recipient
 
 MIN_TIMEOUT_S = 30.0
 TIMEOUT_FACTOR = 4.0
@@ -63,6 +63,7 @@ def organise(
     script_ids: Callable[[str], str] | None = None,
     answer_s: float = 0.0,
     senses: Senses | None = None,
+    clearing: Collection[str] = (),
 ) -> Organised | OrganiserFailure:
     """Match each action's linking goals against the library's index and write the scripts.
 
@@ -71,6 +72,7 @@ def organise(
     :param script_ids: robot → script id; by default mission and robot.
     :param answer_s: how long a message to a robot and its answer may take by radio; it extends the robots' waits for
         each other.
+    :param clearing: robots that clear each other; the others wait for the service's word alone.
     :param senses: what robots sense now, of those that do not sense all that is sensed; None: as when it was planned.
     """
     if senses and (lacking := next(unsensed(plan_net, senses, knowledge_base), None)) is not None:
@@ -92,7 +94,9 @@ def organise(
             found[action.id, agent] = packet
     name = script_ids or (lambda robot: f"{mission_id}-{robot}")
     radio_s = message_count(plan_net) * answer_s
-    writer = _ScriptWriter(plan_net, knowledge_base, found, radio_s=radio_s)
+    writer = _ScriptWriter(
+        plan_net, knowledge_base, found, radio_s=radio_s, clearing=frozenset(clearing), script_ids=name
+    )
     return Organised(
         scripts=tuple(
             BehaviourScript(
@@ -117,8 +121,12 @@ class _ScriptWriter:
         found: Mapping[tuple[str, str], PacketChoice],
         *,
         radio_s: float,
+        clearing: frozenset[str],
+        script_ids: Callable[[str], str],
     ) -> None:
         """:param found: by action id and robot."""
+        self._clearing = clearing
+        self._script_ids = script_ids
         self._wait_timeout_s = max(MIN_WAIT_S, WAIT_FACTOR * plan_net.makespan_s) + radio_s
         self._plan_net = plan_net
         self._knowledge_base = knowledge_base
@@ -144,6 +152,8 @@ class _ScriptWriter:
             requires=symbolic_all(required, base),
             awaits=symbolic_all(awaits, base),
             after=after,
+            told_by={one: self._told_by(one, robot) for one in after if self._told_by(one, robot)},
+            tells=tuple(self._tells(action, robot)),
             achieves=symbolic_all(linking_goals(self._plan_net, action), base),
             expected_start_s=action.earliest_start_s,
             expected_duration_s=action.duration_s,
@@ -159,6 +169,18 @@ class _ScriptWriter:
         """The actions whose clearance the packet waits for, without those that its robot itself does alone."""
         before = self._clearances.get(action.id, ())
         return tuple(one for one in before if self._agents[one] != (robot,))
+
+    def _told_by(self, action: str, robot: str) -> tuple[str, ...]:
+        """The robots that tell this one when they have ended their parts of an action; none if one of them cannot."""
+        doers = tuple(one for one in self._agents[action] if one != robot)
+        return doers if self._clearing.issuperset((robot, *doers)) else ()
+
+    def _tells(self, action: PlanNetAction, robot: str) -> Iterator[Recipient]:
+        """The robots that wait for this one's part of an action and believe it."""
+        waiting = (later for later, before in self._clearances.items() if action.id in before)
+        for other in dict.fromkeys(agent for later in waiting for agent in self._agents[later]):
+            if other != robot and robot in self._told_by(action.id, other):
+                yield Recipient(robot=other, script_id=self._script_ids(other), within_s=self._wait_timeout_s)
 
 
 def _roles(action: PlanNetAction, robot: str) -> dict[str, str]:

@@ -1,8 +1,9 @@
 """How robots keep the plan-net's orderings: by facts that they await with their sensors, and by clearances.
 
-Robots do not communicate with each other: a robot perceives the effects of another one's action (MACTA §3, "the
+A robot perceives the effects of another one's action (MACTA §3, "the
 pre-condition for the next is encountered"; §5, no need for robots to communicate directly). Where that does not
-suffice, or the robot does not sense it, it waits for clearance: a message of the service that another action has ended.
+suffice, or the robot does not sense it, it waits for clearance: a message that another action has ended, of the service
+or, among robots that speak with each other, of the robots that have ended it.
 """
 
 from collections import defaultdict

@@ -29,12 +29,22 @@ from app.domain.world_model.initial import initial_facts
 from app.domain.world_model.problem import objects_of
 from planner import Fact, KnowledgeBase
 from robots.data import Checked
-from robots.world import Delivery, LinkSpec, Location, RobotSpec, Sample, WorldFile, Zone, ZoneRule
+from robots.world import (
+    Delivery,
+    LinkSpec,
+    Location,
+    Peripheral,
+    RobotSpec,
+    Sample,
+    WorldFile,
+    Zone,
+    ZoneRule,
+)
 from robots.world.bodies import BodySpec
 from robots.world.parts import Architecture, Name, Sonar, Speed, Start, Tag, Tuning, TurnRate
 from robots.world.sensors import SensorSpec
 
-Part = TypeVar("Part", Sample, RobotSpec, Location, Zone, Delivery)
+Part = TypeVar("Part", Sample, RobotSpec, Peripheral, Location, Zone, Delivery)
 
 
 class WorldEdit(Checked):
@@ -184,6 +194,9 @@ class ChangeRobot(EditOfOne):
     senses: tuple[Name, ...] | None = Field(
         default=None, max_length=64, description="null: what its sensors perceive"
     )
+    speaks: tuple[Name, ...] | None = Field(
+        default=None, max_length=16, description="null: what its software can, if the world has a peer_link"
+    )
     tuning: Tuning | None = None
     link: LinkSpec | None = Field(default=None, description="null: the world's")
     external: bool | None = Field(
@@ -243,6 +256,66 @@ class ChangeRobot(EditOfOne):
         _refuse_left_outside(other, after, facts)
         back = {name: getattr(robot, name) for name in self.values}
         return Edited(after, self, ChangeRobot(name=self.name, **back))
+
+
+class AddPeripheral(WorldEdit):
+    """A door, hatch or lift with software of its own, as a world file describes one, in its state at the start."""
+
+    edit: Literal["add_peripheral"] = "add_peripheral"
+    peripheral: Peripheral
+
+    def __str__(self) -> str:
+        return f"added {self.peripheral.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        name = self.peripheral.name
+        _refuse_name_in_use(name, world)
+        _refuse_simulated(self.peripheral)
+        peripherals = (*world.peripherals, self.peripheral)
+        return Edited(changed(world, peripherals=peripherals), self, RemovePeripheral(name=name))
+
+
+class RemovePeripheral(EditOfOne):
+    """A door, hatch or lift with software of its own is taken away; what it closed is open."""
+
+    edit: Literal["remove_peripheral"] = "remove_peripheral"
+
+    def __str__(self) -> str:
+        return f"removed {self.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        peripheral = _known("peripheral", self.name, world.peripherals)
+        _refuse_simulated(peripheral)
+        peripherals = _without(self.name, world.peripherals)
+        return Edited(changed(world, peripherals=peripherals), self, AddPeripheral(peripheral=peripheral))
+
+
+class ChangePeripheral(WorldEdit):
+    """A door, hatch or lift with software of its own is otherwise from now on; it stands as it is believed to."""
+
+    edit: Literal["change_peripheral"] = "change_peripheral"
+    peripheral: Peripheral
+
+    @property
+    def touched(self) -> frozenset[str]:
+        return frozenset({self.peripheral.name})
+
+    def __str__(self) -> str:
+        return f"changed {self.peripheral.name}"
+
+    def apply(self, world: WorldFile, facts: Facts) -> Edited:
+        name = self.peripheral.name
+        before = _known("peripheral", name, world.peripherals)
+        _refuse_simulated(before)
+        _refuse_simulated(self.peripheral)
+        if (before.kind, before.levels) != (self.peripheral.kind, self.peripheral.levels):
+            raise Invalid(
+                f"{name} is a {before.kind}, with other levels or none; remove it and add it again",
+                code="peripheral-is-another",
+                thing=name,
+            )
+        peripherals = tuple(self.peripheral if one.name == name else one for one in world.peripherals)
+        return Edited(changed(world, peripherals=peripherals), self, ChangePeripheral(peripheral=before))
 
 
 class AddPlace(WorldEdit):
@@ -350,6 +423,9 @@ AnyEdit = Annotated[
     | AddRobot
     | RemoveRobot
     | ChangeRobot
+    | AddPeripheral
+    | RemovePeripheral
+    | ChangePeripheral
     | AddPlace
     | MovePlace
     | RemovePlace
@@ -474,13 +550,22 @@ def _refuse_name_in_use(name: str, world: WorldFile) -> None:
         world.slopes,
         world.locations,
         world.places,
-        world.robots,
+        world.agents,
         world.samples,
         world.deliveries,
     )
     taken = {part.name for group in parts for part in group}
     if name in taken:
         raise Invalid(f"the name {name} is in use in {world.name}", code="name-in-use", thing=name)
+
+
+def _refuse_simulated(peripheral: Peripheral) -> None:
+    if not peripheral.external:
+        raise Invalid(
+            f"{peripheral.name} is simulated, or to be; change the world's file, or make it external there",
+            code="peripheral-is-simulated",
+            thing=peripheral.name,
+        )
 
 
 def _known(what: str, name: str, parts: Sequence[Part]) -> Part:

@@ -102,16 +102,32 @@ def facts_of_robot(world: WorldFile, robot: RobotSpec, knowledge_base: Knowledge
     yield Fact(IN_AREA, (robot.name, world.area_of(robot).name))
     for location in world.reach_of(robot):
         yield Fact(REACHES, (robot.name, location.name))
+    ruled_out = frozenset[str]() if bears_objects(world, robot) else gripping_tags(knowledge_base)
     for tag in robot.repertoire:
-        if (
-            tag in knowledge_base.constants
-        ):  # a packet may be found by its goals alone, and be named in no action
+        # A packet may be found by its goals alone, and be named in no action.
+        if tag in knowledge_base.constants and tag not in ruled_out:
             yield Fact(CAN, (robot.name, tag))
 
     fitted = [(HAS_BODY, robot.body.kind), *((HAS_SENSOR, one.kind) for one in robot.sensors)]
     for predicate, kind in fitted:
         if predicate in knowledge_base.predicates and kind in knowledge_base.constants:
             yield Fact(predicate, (robot.name, kind))
+
+
+def bears_objects(world: WorldFile, robot: RobotSpec) -> bool:
+    """False for an avatar beside robots with bodies and software of their own: the objects of these are real."""
+    return robot.body.is_solid or not any(one.external and one.body.is_solid for one in world.robots)
+
+
+def gripping_tags(knowledge_base: KnowledgeBase) -> frozenset[str]:
+    """The tags of the actions by which a robot comes to hold an object."""
+    return frozenset(
+        tag
+        for tag, action in knowledge_base.actions.items()
+        for slot in ("intended_effects", "other_effects")
+        for literal in action.literals(slot)
+        if literal.predicate == OBJECT_POSITION and literal.terms[-1] in action.agents
+    )
 
 
 def _starts_at_home(world: WorldFile, robot: RobotSpec) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 
 from app.domain.errors import Invalid
 from app.domain.world_model.vocabulary import symbolic_all, types_in
-from planner import Fact, KnowledgeBase, PlanNet, Senses, awaits_of
+from planner import Fact, Keeping, KnowledgeBase, Ordering, PlanNet, Senses, awaits_of
 from robots.world import RobotSpec, WorldFile
 from robots.world.bodies import PackageBodySpec
 
@@ -61,6 +61,48 @@ def awaited_facts(net: PlanNet, knowledge_base: KnowledgeBase) -> Mapping[tuple[
     changed = (fact for action in net.actions for fact in (*action.deletes, *action.effects))
     facts = [*changed, *(fact for action in net.actions for fact in action.preconditions)]
     return awaits_of(net, types_in(facts, knowledge_base), knowledge_base)
+
+
+def why_cleared(net: PlanNet, knowledge_base: KnowledgeBase) -> Mapping[tuple[str, str], str]:
+    """By the two actions of each ordering that clearance keeps, why no robot senses that it may begin."""
+    changed = (fact for action in net.actions for fact in (*action.deletes, *action.effects))
+    needed = (fact for action in net.actions for fact in action.preconditions)
+    types = types_in([*changed, *needed], knowledge_base)
+    return {
+        (one.before, one.after): "; ".join(
+            dict.fromkeys(_unperceived(net, one, robot, types, knowledge_base) for robot in waiting)
+        )
+        for one in net.orderings
+        if one.kept_by is Keeping.CLEARANCE
+        for waiting in [_waiting(net, one)]
+    }
+
+
+def _waiting(net: PlanNet, ordering: Ordering) -> list[str]:
+    """The robots of the later action that have to learn that others have ended the earlier one."""
+    return [one for one in net.action(ordering.after).agents if net.action(ordering.before).agents != (one,)]
+
+
+def _unperceived(
+    net: PlanNet, ordering: Ordering, robot: str, types: Mapping[str, str], knowledge_base: KnowledgeBase
+) -> str:
+    links = [
+        link.fact
+        for link in net.causal_links
+        if (link.producer, link.consumer) == (ordering.before, ordering.after)
+    ]
+    if not links:
+        return f"{robot} needs no fact that {ordering.before} brings about"
+    words = net.senses.get(robot)
+    able = [fact for fact in links if knowledge_base.is_sensed(fact, types)]
+    missing = able or links
+    facts = " and ".join(str(fact) for fact in symbolic_all(missing, knowledge_base))
+    if not able:
+        return f"no robot senses {facts}"
+    if any(knowledge_base.is_sensed(fact, types, words) for fact in able):
+        return f"{robot} senses {facts}, which may be true before {ordering.before} has ended"
+    told = "nothing" if not words else f"only {', '.join(sorted(words))}"
+    return f"{robot} does not sense {facts}: it senses {told}"
 
 
 def refuse_unknown_senses(robot: RobotSpec, knowledge_base: KnowledgeBase) -> None:

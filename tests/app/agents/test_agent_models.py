@@ -53,6 +53,7 @@ def agent_models(service: Service, link: InMemoryLink, reports: Reports) -> Iter
         questions=service.questions,
         teleoperation=service.teleoperation,
         tunings=service.tunings,
+        rules=service.rules,
         readmit=lambda: None,
         world="sample_store",
     )

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,15 @@ from sqlalchemy import select
 
 from app.agents import RobotBoard
 from app.agents.impersonation import JUMPS, Impersonations, KeyFile, RobotWatch
+from app.agents.signature_counters import SignatureCounters
 from app.composition import Service
 from app.domain.errors import Invalid
 from app.store import Database, EventRow
 from app.store.event_log import EventLog
 from robots.clock import ManualClock
 from robots.link.mqtt import Broker, FleetLink, ServiceLink
+from robots.link.mqtt.session import Publication
+from robots.link.mqtt.signature import Signer
 from robots.wire import Telemetry
 from robots.world import RobotSpec, WorldFile
 from tests.app.stepped_clock import SteppedClock
@@ -98,6 +102,27 @@ def test_only_what_a_robot_with_a_key_has_signed_arrives(hall: Hall, broker: Bro
     assert hall.noticed("ginger") == 0
     forged.close()
     service.close()
+
+
+def test_a_recorded_message_is_refused_after_a_restart_of_the_service(hall: Hall) -> None:
+    counters = SignatureCounters(hall.database, wall=hall.wall)
+    sign = Signer(KEYS["fred"], epoch_ns=lambda: 10**18)
+    state = Publication(topic="macta/v1/hall/fred/state", payload=b"1", run=RUN)
+    sheet = sign(replace(state, topic="macta/v1/hall/fred/factsheet", retain=True))
+    earliest, recorded, later = sign(state), sign(state), sign(state)
+    assert all(hall.watch.admits("fred", one) for one in (sheet, earliest, recorded))
+    counters.save("hall", hall.watch.accepted)
+    assert hall.watch.admits("fred", later)
+    counters.save("hall", hall.watch.accepted)  # too soon: not written
+    hall.wall.advance(6.0)
+    counters.save("hall", hall.watch.accepted)
+    restarted = SignatureCounters(hall.database, wall=hall.wall)
+    watch = hall.impersonations.watch("hall", hall.board, restarted.load("hall"))
+    assert not any(watch.admits("fred", one) for one in (earliest, recorded))
+    assert hall.noticed("fred") == 2
+    assert watch.admits("fred", sheet), "it is retained"
+    assert watch.admits("fred", sign(state))
+    assert not restarted.load("elsewhere")
 
 
 def test_telemetry_that_goes_to_and_fro_is_noticed(hall: Hall) -> None:

@@ -29,6 +29,7 @@ class InContact:
             mission_id=None,
             lost=None,
             out_of_service=None,
+            unasked=None,
             impersonation=None,
         )
 

@@ -36,6 +36,35 @@ def test_plan_prints_the_plan_body_as_one_json_document() -> None:
     assert {"actions", "causal_links", "orderings", "makespan_s", "engine", "planning_s"} <= set(body)
 
 
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"external": True}, "store_2 does not sense in(sample_1, interchange_2): it senses nothing"),
+        (
+            {"external": True, "senses": ["clear"]},
+            "store_2 does not sense in(sample_1, interchange_2): it senses only clear",
+        ),
+        ({"external": True, "senses": ["in"]}, ""),
+        ({"senses": []}, "store_2 does not sense in(sample_1, interchange_2): it senses nothing"),
+        ({}, ""),
+    ],
+)
+def test_plan_knows_what_each_robot_senses_and_says_why_it_waits_for_clearance(
+    tmp_path: Path, change: dict[str, object], why: str
+) -> None:
+    robots = load_world("sample_store").model_dump(mode="json")["robots"]
+    world = world_file(tmp_path, robots=[one | change if one["name"] == "store_2" else one for one in robots])
+    words = ("plan", "--world", world, "--goal", "move sample_1 to bay_7")
+    body = json.loads(macta(*words, "--json").stdout)
+    assert [one["why"] for one in body["orderings"] if one["kept_by"] == "clearance"] == (
+        [why] if why else []
+    )
+    assert body["clearances"] == bool(why)
+    if why and "senses" in change and "external" in change:
+        told = " ".join(macta(*words).stdout.split())
+        assert f"By clearance: a6 DOCK after a5 RELEASE2, for {why}" in told
+
+
 def test_plan_keeps_the_terms_of_sentences_and_says_how_they_are_understood() -> None:
     sentence = "move sample_1 to bay_7 without yard_1 in ten minutes"
     done = macta("plan", "--goal", sentence)

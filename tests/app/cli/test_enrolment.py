@@ -220,9 +220,12 @@ def test_the_broker_lets_an_enrolled_robot_speak_for_itself_alone(
         forbidden = [
             *(f"hall/ginger/{channel}" for channel in ("state", "visualization", "connection", "factsheet")),
             *("hall/fred/order", "hall/ginger/instantActions", "hall/world", "hall/_world/state"),
-            "yard/fred/state",  # another world than the one that it is let into
+            *("yard/fred/state", "yard/fred/speech/ginger"),  # another world than the one that it is let into
+            "hall/ginger/speech/fred",
         ]
         assert {fred.say(topic) for topic in forbidden} == {"Not authorized"}
+        spoken = ["hall/fred/speech/basil", "hall/fred/speech/ginger"]
+        assert {fred.say(topic) for topic in spoken} == {"Success"}
         assert ginger.say("yard/ginger/state") == "Success"
         until(lambda: "yard/ginger/state" in service.heard)
         assert service.heard == [*own, "yard/ginger/state"]
@@ -231,7 +234,9 @@ def test_the_broker_lets_an_enrolled_robot_speak_for_itself_alone(
         until(lambda: "hall/fred/order" in fred.heard)
         until(lambda: "hall/ginger/order" in ginger.heard)
         assert fred.heard == ["hall/fred/order"]
-        assert ginger.heard == ["hall/ginger/order"]
+        assert ginger.heard == ["hall/fred/speech/ginger", "hall/ginger/order"], (
+            "what is said to it, not to basil"
+        )
 
 
 @needs_mosquitto

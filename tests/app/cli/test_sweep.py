@@ -11,9 +11,9 @@ import app.cli.sweep
 from app.cli.main import app as macta
 from app.cli.simulated_mission import simulate_mission
 from app.cli.sweep import SweepRequest, row_of
+from app.cli.trials.offline_mission import organised_mission
+from app.cli.trials.sweep_results import Outcome, SeedResult
 from app.packs.find import load_packs
-from app.trials.offline_mission import organised_mission
-from app.trials.sweep_results import Outcome, SeedResult
 from robots.world import load_world
 from tests.app.sample_store import Store
 

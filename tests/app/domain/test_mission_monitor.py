@@ -67,6 +67,31 @@ def test_a_robot_that_stays_silent_makes_the_mission_unknown_not_failed(asked_fo
     assert "yard_1" in verdict.reason
 
 
+UNASKED = replace(AT_WORK, robot="store_2", is_unasked=True)
+
+
+@pytest.mark.parametrize(
+    ("unasked", "now_s", "words"),
+    [(UNASKED, 101.0, "time is over"), (replace(UNASKED, silent_in_s=0.0), 10.0, "no message from store_2")],
+)
+@pytest.mark.parametrize("asked_for_s", [None, 0.5])
+def test_when_a_robot_would_have_to_be_asked_that_cannot_be_the_mission_is_unknown(
+    unasked: ScriptView, now_s: float, words: str, asked_for_s: float | None
+) -> None:
+    view = mission(unasked, now_s=now_s, asked_for_s=asked_for_s)
+    verdict = review(view, patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.ask) == (MissionState.UNKNOWN, ())
+    assert words in verdict.reason
+    assert "cannot be asked" in verdict.reason
+
+
+def test_others_are_asked_and_a_robot_that_cannot_be_is_at_work_once_it_is_heard() -> None:
+    both = mission(AT_WORK, UNASKED, now_s=100.0)
+    assert review(both, patience_s=PATIENCE_S).ask == ("yard_1",)
+    heard = mission(UNASKED, now_s=10.0, state=MissionState.UNKNOWN)
+    assert review(heard, patience_s=PATIENCE_S).state is MissionState.RUNNING
+
+
 def test_within_its_patience_the_monitor_waits_for_the_answer() -> None:
     silent = replace(AT_WORK, open_question=True)
     verdict = review(mission(silent, now_s=101.0, asked_for_s=PATIENCE_S / 2), patience_s=PATIENCE_S)

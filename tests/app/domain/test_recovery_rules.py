@@ -56,6 +56,13 @@ def test_what_a_robot_fails_at_is_tried_again_once_and_then_left_out() -> None:
     assert twice.words == ("DOCK by yard_1",)
 
 
+def test_a_door_that_does_not_open_and_then_does_not_stay_open_has_failed_twice() -> None:
+    both = left_out(
+        [trouble("gate_1", tag="OPEN"), trouble("gate_1", tag="CLOSE"), trouble("gate_2", tag="OPEN")]
+    )
+    assert both.packets == {("gate_1", "OPEN"), ("gate_1", "CLOSE")}
+
+
 def test_a_robot_that_waits_in_vain_for_another_has_not_failed_itself() -> None:
     waited = replace(trouble("store_2"), waited=True)
     assert left_out([waited, waited, trouble("yard_1")]) == LeftOut()

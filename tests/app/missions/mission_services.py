@@ -154,6 +154,7 @@ class MissionServices:
                 library=library,
                 repertoires={WORLD: store.repertoires},
                 senses={WORLD: restricted_senses(store.world, store.base)},
+                clearing={WORLD: store.world.clearing},
             ),
             times={WORLD: WorldTime(clock=clock, rate=lambda: None)},
             patience_s=PATIENCE_S,
@@ -228,6 +229,18 @@ class MissionServices:
                 corrects=True,
             )
             wake_missions(session, self.core.workflows, WORLD, "facts")
+
+    def stands(self, robot: str, place: str) -> None:
+        """A robot that is not at work reports to stand near a place now."""
+        with self.database.write() as session:
+            self.core.facts.change(
+                session,
+                WORLD,
+                add=[self.store.fact(f"near({robot}, {place})")],
+                remove=[self.store.fact(f"near({robot}, home_{robot})")],
+                source=f"report of {robot}",
+                at_s=self._clock.now_s(),
+            )
 
     def mission(self, mission_id: str) -> MissionRow:
         with self.database.read() as session:

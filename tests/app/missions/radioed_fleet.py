@@ -1,8 +1,11 @@
-"""Robots that carry scripts out in stepped time, behind a radio that delays, loses and repeats messages."""
+"""Robots that carry scripts out in stepped time, behind a radio that delays, loses and repeats messages.
+
+With `peers` they also speak with each other, over a radio of their own that is as poor.
+"""
 
 import heapq
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -10,6 +13,8 @@ from app.agents.agent_models import Reception
 from app.domain.lifecycles.script import order_label, unanswered_order
 from app.store import ScriptRow
 from robots.clock import ManualClock
+from robots.executive.society import Clearing
+from robots.social import SocialLevel
 from robots.wire import (
     Acknowledgement,
     BehaviourPacket,
@@ -21,8 +26,10 @@ from robots.wire import (
     Performative,
     ScriptReport,
     ScriptState,
+    SpeechReport,
     StatusReport,
     SymbolicFact,
+    Telemetry,
 )
 from tests.app.missions.mission_services import WORLD, MissionServices
 
@@ -33,6 +40,8 @@ AGAIN_S = 6.0
 """A message is sent again after this time until it is answered."""
 LOOK_S = 4.0
 """Time between two reviews of the mission, if no report arrives."""
+LONGEST_CUT_S = 600.0
+"""A radio to the service that is cut is back after this time at the latest."""
 GIVEN_UP_S = 2000.0
 """A mission that has not ended by then never does."""
 
@@ -53,6 +62,10 @@ class Robot:
     cleared: set[str] = field(default_factory=set)
     began_s: dict[str, float] = field(default_factory=dict)
     ended_s: dict[str, float] = field(default_factory=dict)
+    place: str = ""
+    holding: str | None = None
+    said_by: dict[str, set[str]] = field(default_factory=dict)
+    social: SocialLevel | None = None
 
     @property
     def next(self) -> BehaviourPacket | None:
@@ -72,18 +85,32 @@ class RadioedFleet:
         seed: int,
         *,
         disobedient: tuple[str, ...] = (),
+        peers: bool = False,
+        is_cut: bool = False,
         paces: dict[str, tuple[float, float]] | None = None,
+        ends_only: bool = False,
+        beside: Callable[["Robot", BehaviourPacket], None] | None = None,
     ) -> None:
         """
         :param disobedient: robots that do not wait.
+        :param ends_only: no robot reports that a packet has begun.
+        :param beside: called when a robot begins a packet.
+        :param peers: the robots speak with each other.
+        :param is_cut: there is no radio to the service from when all robots have their scripts until all have ended
+            them, or can get no further.
         :param paces: by robot, the least and the greatest share of its packets' expected durations that they take.
         """
         self._services = services
         self._clock = clock
         self._mission_id = mission_id
         self._random = random.Random(seed)
+        self._peer_random = random.Random(-seed - 1) if peers else None
+        self._is_cut = is_cut
+        self._cut_s: float | None = None
         self._paces = paces or {}
         self._disobedient = disobedient
+        self._ends_only = ends_only
+        self._beside = beside
         self._queue: list[tuple[float, int, Callable[[], None]]] = []
         self._numbers = count()
         self._began_s = clock.now_s()
@@ -106,17 +133,74 @@ class RadioedFleet:
             act()
         return self._services.mission(self._mission_id).state
 
+    def after(self, delay_s: float, act: Callable[[], None]) -> None:
+        """Have something happen beside the mission."""
+        self._after(delay_s, act)
+
+    def go_on(self, time_s: float) -> None:
+        """Let the robots' last reports arrive, once the mission has ended."""
+        end_s = self._clock.now_s() + time_s
+        while self._queue and self._queue[0][0] <= end_s:
+            at_s, _, act = heapq.heappop(self._queue)
+            self._clock.advance(max(0.0, at_s - self._clock.now_s()))
+            act()
+
     def _after(self, delay_s: float, act: Callable[[], None]) -> None:
         heapq.heappush(self._queue, (self._clock.now_s() + delay_s, next(self._numbers), act))
 
     def _radio(self, act: Callable[[], None]) -> None:
+        if not self._has_contact():
+            return
         if self._random.random() >= LOST:
             self._after(self._random.uniform(0.05, LONGEST_DELAY_S), act)
+
+    def _has_contact(self) -> bool:
+        robots = self.robots.values()
+        if not self._is_cut or not robots or any(one.script is None for one in robots):
+            return True
+        now_s = self._clock.now_s()
+        self._cut_s = now_s if self._cut_s is None else self._cut_s
+        is_over = all(one.state in (ScriptState.FINISHED, ScriptState.CANCELLED) for one in robots)
+        return is_over or now_s - self._cut_s > LONGEST_CUT_S
+
+    # What robots say to each other
+
+    def _talk(self, robot: Robot, arrived: Sequence[Message] = ()) -> None:
+        assert robot.social is not None
+        robot.social.step(arrived, Speaking(self, robot))
+
+    def _keep_talking(self, robot: Robot) -> None:
+        self._talk(robot)
+        self._after(1.0, lambda: self._keep_talking(robot))
+
+    def pass_on(self, message: Message) -> None:
+        """Carry what one robot says to another."""
+        draw = self._peer_random
+        assert draw is not None
+        other = self.robots[message.receiver]
+        for _ in range(2 if draw.random() < LOST else 1):
+            if draw.random() >= LOST:
+                self._after(draw.uniform(0.05, LONGEST_DELAY_S), lambda: self._talk(other, [message]))
+
+    def clear_by(self, robot: Robot, script_id: str, action: str, speaker: str) -> Clearing:
+        if robot.script is None or robot.script.id != script_id:
+            return Clearing.UNKNOWN_SCRIPT
+        named = {one: names for packet in robot.script.packets for one, names in packet.told_by.items()}
+        if speaker not in named.get(action, ()):
+            return Clearing.NOT_NAMED
+        said = robot.said_by.setdefault(action, set())
+        said.add(speaker)
+        if said >= set(named[action]):
+            robot.cleared.add(action)
+            self._begin_if_it_may(robot)
+        return Clearing.NOTED
 
     # The service
 
     def _look(self) -> None:
         """The service reviews the mission and sends what its robots have not answered."""
+        for robot in self.robots.values():
+            self._show(robot)
         self._review()
         if not self._has_ended:
             for script in self._services.scripts(self._mission_id):
@@ -139,6 +223,9 @@ class RadioedFleet:
         robot = self.robots.setdefault(
             script.robot, Robot(name=script.robot, obeys=script.robot not in self._disobedient)
         )
+        if self._peer_random is not None and robot.social is None:
+            robot.social = SocialLevel(robot.name, self._clock)
+            self._keep_talking(robot)
         agreed = Acknowledgement(script_id=script.id)
         if script.delivery == "pending":
             yield lambda: self._take(robot, BehaviourScript.model_validate(script.body))
@@ -204,7 +291,11 @@ class RadioedFleet:
         robot.runs = True
         robot.state = ScriptState.RUNNING
         robot.began_s[packet.id] = self._clock.now_s()
-        self._report(robot, packet, PacketState.RUNNING)
+        if self._beside is not None:
+            self._beside(robot, packet)
+        if not self._ends_only:
+            self._report(robot, packet, PacketState.RUNNING)
+        self._show(robot)
         low, high = self._paces.get(robot.name, (0.6, 1.8))
         self._after(
             packet.expected_duration_s * self._random.uniform(low, high), lambda: self._end(robot, packet)
@@ -217,7 +308,14 @@ class RadioedFleet:
         robot.ended_s[packet.id] = self._clock.now_s()
         robot.done += 1
         self._true |= set(packet.achieves)
+        robot.holding = {"DOCK": packet.arguments.get("object"), "RELEASE2": None}.get(
+            packet.tag, robot.holding
+        )
+        robot.place = packet.arguments.get("ref2", packet.arguments.get("ref1", robot.place))
+        self._show(robot)
         self._report(robot, packet, PacketState.FINISHED)
+        if robot.social is not None:
+            robot.social.packet_ended(packet)
         if robot.done == len(robot.script.packets):
             robot.state = ScriptState.FINISHED
             at_s = self._clock.now_s()
@@ -225,14 +323,32 @@ class RadioedFleet:
         for one in self.robots.values():
             self._begin_if_it_may(one)
 
+    def _show(self, robot: Robot) -> None:
+        """The robot's telemetry, which arrives at once, before its reports."""
+        if robot.place:
+            self.show(robot.name, robot.place, holding=robot.holding)
+
+    def show(self, robot: str, place: str, *, holding: str | None = None) -> None:
+        """Telemetry of a robot that stands at a place."""
+        x_m, y_m = self._services.store.world.location(place).at
+        told = Telemetry(at_s=self._clock.now_s(), x_m=x_m, y_m=y_m, heading_rad=0.0, holding=holding)
+        self._services.board.heard(robot, told)
+
     def _report(self, robot: Robot, packet: BehaviourPacket, state: PacketState) -> None:
         assert robot.script is not None
         self._tell(
             robot,
             PacketReport(
-                script_id=robot.script.id, packet_id=packet.id, state=state, at_s=self._clock.now_s()
+                script_id=robot.script.id,
+                packet_id=packet.id,
+                state=state,
+                at_s=self._clock.now_s(),
+                cleared_by=_cleared_by(robot, packet) if state is PacketState.RUNNING else {},
             ),
         )
+
+    def tell(self, robot: Robot, body: Body) -> None:
+        self._tell(robot, body)
 
     def _tell(self, robot: Robot, body: Body) -> None:
         """A report, which is sent again until there is a receipt."""
@@ -259,3 +375,28 @@ class RadioedFleet:
             in_reply_to=in_reply_to,
             body=body,
         )
+
+
+def _cleared_by(robot: Robot, packet: BehaviourPacket) -> dict[str, tuple[str, ...]]:
+    return {
+        action: tuple(sorted(robot.said_by[action]))
+        for action, named in packet.told_by.items()
+        if named and robot.said_by.get(action, set()) >= set(named)
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Speaking:
+    """A robot of the fleet as its social level finds it. Implements `robots.executive.society.Situated`."""
+
+    fleet: RadioedFleet
+    robot: Robot
+
+    def clear_by(self, script_id: str, action: str, robot: str) -> Clearing:
+        return self.fleet.clear_by(self.robot, script_id, action, robot)
+
+    def send(self, message: Message) -> None:
+        self.fleet.pass_on(message)
+
+    def tell_service(self, report: SpeechReport) -> None:
+        self.fleet.tell(self.robot, report)

@@ -12,6 +12,7 @@ from app.composition import RunningWorld, Service
 from app.missions import factsheets
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
+from app.store import UnaskedRobotRow
 from robots.wire import MAX_FACTSHEET_BYTES, Factsheet, FactsheetState
 from robots.world import WorldFile
 from robots.world.parts import STORE_TAGS
@@ -112,6 +113,16 @@ def test_a_robot_that_says_otherwise_changes_the_world_and_one_that_repeats_itse
     assert len(events(service, "robot.announced")) == 2
     api.post(f"{CHANGES}/1:undo").raise_for_status()
     assert "can(yard_1, DOCK)" in facts(api)
+
+
+def test_a_robot_that_is_not_asked_is_asked_again_once_it_has_announced_itself_anew(
+    api: TestClient, team: FakeTeam, service: Service
+) -> None:
+    with service.database.write() as session:
+        session.add(UnaskedRobotRow(world="sample_store", robot="yard_1", reason="unknown kind status_query"))
+    assert robot(api, "yard_1")["unasked"]["reason"] == "unknown kind status_query"
+    assert announced(team, "yard_1", sheet(number=1)) is FactsheetState.IN_FORCE
+    assert robot(api, "yard_1")["unasked"] is None
 
 
 def test_a_robot_says_what_it_senses(

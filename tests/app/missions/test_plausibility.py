@@ -15,10 +15,13 @@ from robots.wire import (
     Acknowledgement,
     Body,
     FailureCategory,
+    FaultLevel,
+    FaultReport,
     Message,
     PacketReport,
     PacketState,
     Performative,
+    RobotFault,
     ScriptReport,
     ScriptState,
     StatusReport,
@@ -241,6 +244,16 @@ def test_upkeep_does_not_tell_of_what_is_far_away(mission: Mission) -> None:
     assert upkeep(DELIVERED) is Reception.HELD_BACK
     assert mission.facts == before
     assert upkeep(*at_home("yard_2")) is Reception.RECORDED
+
+
+def test_faults_are_an_event_in_the_robots_words_and_change_nothing_else(mission: Mission) -> None:
+    before = mission.facts, mission.stands
+    fault = RobotFault(level=FaultLevel.FATAL, type="lidar", text="dirty <b>window</b>")
+    assert mission.say("yard_2", FaultReport(at_s=5.0, faults=(fault,))) is Reception.RECORDED
+    (event,) = [one for one in mission.services.core.events.since(0) if one.type == "robot.faults_reported"]
+    assert event.subject == "yard_2"
+    assert event.data["faults"] == [{"level": "fatal", "type": "lidar", "text": "dirty <b>window</b>"}]
+    assert (mission.facts, mission.stands) == before
 
 
 def test_a_report_of_the_future_does_not_make_those_of_now_outdated(mission: Mission) -> None:

@@ -7,18 +7,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import event
+from sqlalchemy import event, select
 
 from app.agents.agent_models import Reception
 from app.domain.errors import NotFound
-from app.domain.lifecycles.script import ask
-from app.store import GoalRow, MessageRow, ScriptRow
+from app.domain.lifecycles.script import ask, order
+from app.store import EventRow, GoalRow, MessageRow, ScriptRow
 from app.store.migrate import migrate
 from planner import Fact
 from robots.clock import ManualClock
 from robots.wire import (
     Acknowledgement,
     Body,
+    ControlVerb,
     ImageResult,
     Message,
     PacketReport,
@@ -178,6 +179,38 @@ def test_the_reason_of_a_refusal_outlasts_the_answer_to_a_status_query(dispatche
     has_none = StatusReport(script_id=script.id, state=None, at_s=1.0)
     dispatched.services.record(dispatched.message(script, has_none, in_reply_to="a query"))
     assert dispatched.script("yard_1").detail == "the battery is low"
+
+
+def test_a_robot_that_does_not_understand_a_status_query_is_not_asked_again(mission: Mission) -> None:
+    script = mission.script("yard_1")
+
+    def question() -> str | None:
+        return mission.script("yard_1").question
+
+    with mission.services.database.write() as session:
+        ask(session.get_one(ScriptRow, script.id), "a query")
+        asked = session.get_one(ScriptRow, mission.script("store_2").id)
+        order(asked, ControlVerb.PAUSE)
+    refusal = Refusal(script_id=script.id, reason="not understood: unknown kind status_query")
+    mission.services.record(mission.message(script, refusal, in_reply_to="an earlier query"))
+    assert question() == "a query"
+    for query in ("a query", "a query"):
+        mission.services.record(mission.message(script, refusal, in_reply_to=query))
+    assert question() is None
+    with mission.services.database.write() as session:
+        order(session.get_one(ScriptRow, script.id), ControlVerb.PAUSE)
+    for robot in ("yard_1", "store_2"):  # why is asked of the other alone
+        refuser = mission.script(robot)
+        unwilling = Refusal(script_id=refuser.id, reason="I never pause")
+        mission.services.record(mission.message(refuser, unwilling, f"{refuser.id}:pause:1"))
+    assert question() is None
+    assert mission.script("store_2").question is not None
+    told = mission.services.read(
+        lambda session: session.scalars(
+            select(EventRow.subject).where(EventRow.type == "robot.query_not_understood")
+        ).all()
+    )
+    assert told == ["yard_1"]
 
 
 def test_reports_that_arrive_together_are_recorded_in_one_transaction_in_their_order(

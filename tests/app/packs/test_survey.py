@@ -8,13 +8,13 @@ import pytest
 
 from app.cli.goal_input import read_goals
 from app.cli.simulated_mission import simulate_mission
+from app.cli.trials.offline_mission import Mission, goal_problem, plan_mission
+from app.cli.trials.sweep_results import Outcome
 from app.domain.world_model import initial_facts
 from app.packs import SHIPPED
 from app.packs.errors import PackError
 from app.packs.find import load_packs
 from app.packs.pack_set import Packs
-from app.trials.offline_mission import Mission, goal_problem, plan_mission
-from app.trials.sweep_results import Outcome
 from planner import PlanningRequest
 from planner.engines.registry import engine_named
 from robots.wire import ReadingResult

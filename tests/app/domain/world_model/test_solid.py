@@ -5,9 +5,12 @@ from typing import Any
 import pytest
 
 from app.domain.world_model import initial_facts, planning_problem
+from app.domain.world_model.edits import ChangeRobot, apply_edits
+from app.domain.world_model.factsheets import difference
 from planner import Fact, PlanningRequest, PlanningResult, PlanningStatus, load_knowledge_base
 from planner.engines.registry import engine_named
 from planner.explanation.diagnosis import why_unsolvable
+from robots.wire import Factsheet
 from robots.world import WorldFile
 from tests.app.laboratory import lab_with
 
@@ -53,6 +56,53 @@ def test_an_avatar_still_drives_and_carries_what_takes_one_robot() -> None:
     world = lab_with(robots=[FRED | AVATAR, GINGER], samples=[{"name": "pebble", "at": "quarry"}])
     plan_net = planned(world, Fact("object_position", ("pebble", "in", "lander"))).plan_net
     assert plan_net is not None
+
+
+REAL = {"external": True}
+PEBBLE = [{"name": "pebble", "at": "quarry"}]
+PEBBLE_GOAL = Fact("object_position", ("pebble", "in", "lander"))
+
+
+@pytest.mark.parametrize("avatar", [FRED | AVATAR, FRED | AVATAR | REAL])
+def test_beside_real_robots_an_avatar_carries_nothing(avatar: dict[str, Any]) -> None:
+    """Neither one that is simulated nor one with software of its own."""
+    world = lab_with(robots=[avatar, GINGER | REAL], samples=PEBBLE)
+    plan_net = planned(world, PEBBLE_GOAL).plan_net
+    assert plan_net is not None
+    assert plan_net.robots == ("ginger",)
+    held = Fact("object_position", ("pebble", "in", "fred"))
+    assert planned(world, held).status is PlanningStatus.UNSOLVABLE
+    assert planned(world, Fact("robot_position", ("fred", "near", "quarry"))).plan_net is not None
+    assert planned(lab_with(robots=[avatar, GINGER], samples=PEBBLE), held).plan_net is not None
+
+
+def test_what_an_avatar_carries_follows_the_changes_of_its_world() -> None:
+    world = lab_with(robots=[FRED | AVATAR, GINGER], samples=PEBBLE)
+    facts = initial_facts(world, BASE)
+    dock = Fact("can", ("fred", "DOCK"))
+    assert dock in facts
+    real = apply_edits(world, [ChangeRobot(name="ginger", external=True)], facts, BASE)
+    assert dock not in real.facts
+    assert Fact("can", ("ginger", "DOCK")) in real.facts
+    twin = apply_edits(real.world, [ChangeRobot(name="ginger", external=False)], real.facts, BASE)
+    assert twin.facts == facts
+
+
+def test_a_robot_that_announces_itself_as_virtual_bears_nothing_from_then_on() -> None:
+    """And bears objects again with its body."""
+    world = lab_with(robots=[FRED | REAL, GINGER | REAL])
+    facts = initial_facts(world, BASE)
+    can = tuple(world.robot("fred").repertoire)
+    speeds = {"repertoire": can, "speed_m_s": 0.5, "turn_rad_s": 1.0}
+    solid = Fact("solid", ("fred",))
+    bearing = {solid, Fact("can", ("fred", "DOCK")), Fact("can", ("fred", "DOCK2"))}
+    assert bearing <= facts
+    for body, expected in (("avatar", set()), ("velocity", bearing)):
+        edit = difference(Factsheet(number=1, body=body, **speeds), world.robot("fred"))
+        assert edit is not None
+        edited = apply_edits(world, [edit], facts, BASE)
+        world, facts = edited.world, edited.facts
+        assert facts & bearing == expected
 
 
 def test_all_bodies_are_solid_but_avatars() -> None:

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from app.store import ScriptRow
-from app.trials.checks import (
+from app.cli.trials.checks import (
     Beliefs,
     RecordedReports,
     disagreements,
@@ -12,6 +11,7 @@ from app.trials.checks import (
     unfinished_goals,
     untrue_goals,
 )
+from app.store import ScriptRow
 
 DONE = {"state": "finished", "outcome": "completed", "reason": "", "text": "move sample_1 to bay_7"}
 GOAL: dict[str, Any] = {"id": "goal-1", "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}], **DONE}

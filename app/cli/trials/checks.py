@@ -8,8 +8,8 @@ from typing import Any
 
 from sqlalchemy import select
 
+from app.cli.trials.observer import ENDED
 from app.store import Database, EventRow, MessageRow, ScriptRow
-from app.trials.observer import ENDED
 from robots.wire import SymbolicFact
 
 IsTrue = Callable[[SymbolicFact], bool | None]

@@ -7,9 +7,7 @@ from dataclasses import dataclass, field
 
 import httpx2
 
-from app.domain.clock import WallClock, pause
-from app.domain.goal_language.verbs import Verbs
-from app.trials.checks import (
+from app.cli.trials.checks import (
     Beliefs,
     IsTrue,
     RecordedReports,
@@ -19,10 +17,12 @@ from app.trials.checks import (
     unfinished_goals,
     untrue_goals,
 )
-from app.trials.observer import EventFollower, Observer
-from app.trials.random_operator import RandomOperator
-from app.trials.service_faults import ServiceFaults
-from app.trials.service_process import Installation, NotReady
+from app.cli.trials.observer import EventFollower, Observer
+from app.cli.trials.random_operator import RandomOperator
+from app.cli.trials.service_faults import ServiceFaults
+from app.cli.trials.service_process import Installation, NotReady
+from app.domain.clock import WallClock, pause
+from app.domain.goal_language.verbs import Verbs
 from robots.world import WorldFile
 
 ACT_S = (0.05, 1.2)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from app.trials.service_process import READY_TIMEOUT_S, NotReady, ServiceProcess
+from app.cli.trials.service_process import READY_TIMEOUT_S, NotReady, ServiceProcess
 from tests.app.stepped_clock import SteppedClock
 
 

@@ -4,8 +4,10 @@ import time
 from collections import deque
 from collections.abc import Sequence
 
+from paho.mqtt.subscribeoptions import SubscribeOptions
+
+from app.cli.trials.conformance.line import RUN
 from app.domain.errors import Unavailable
-from app.trials.conformance.line import RUN
 from robots.link.mqtt.broker import Broker
 from robots.link.mqtt.reactor import Reactor
 from robots.link.mqtt.session import Publication, Session
@@ -26,7 +28,7 @@ POLL_S = 0.02
 
 
 class CheckedBroker:
-    """Implements `app.trials.conformance.line.Broker`. A world of the check's own, so that no service is disturbed."""
+    """Implements `line.Broker`. The check has a world of its own, so that no service is disturbed."""
 
     def __init__(self, broker: Broker, world: str, robot: str) -> None:
         """:raises Unavailable: if the broker cannot be reached."""
@@ -37,7 +39,11 @@ class CheckedBroker:
         self._session = Session(
             broker,
             f"macta-check-{time.time_ns()}",
-            subscriptions=[(robot_topic(world, robot, channel), channel.qos) for channel in HEARD],
+            # With their QoS and retain flag as published: both are judged.
+            subscriptions=[
+                (robot_topic(world, robot, channel), SubscribeOptions(qos=2, retainAsPublished=True))
+                for channel in HEARD
+            ],
             on_arrival=self._arrived.append,
         )
         self._reactor = Reactor([self._session], broker=str(broker))

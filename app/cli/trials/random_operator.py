@@ -9,9 +9,9 @@ from typing import Any
 
 import httpx2
 
+from app.cli.trials.observer import ENDED, Observer
+from app.cli.trials.random_goals import PASSING, drawn_sentence
 from app.domain.goal_language.verbs import Verbs
-from app.trials.observer import ENDED, Observer
-from app.trials.random_goals import PASSING, drawn_sentence
 from robots.world import WorldFile
 
 MAX_OPEN = 8

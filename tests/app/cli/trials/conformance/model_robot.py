@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
-from app.trials.conformance.rules import Rule
+from app.cli.trials.conformance.rules import Rule
 from robots.link.mqtt.session import Publication
 
 TOPIC = "macta/v1/check/fred/"
@@ -13,10 +13,18 @@ KNOWN = ("script_request", "control", "clearance", "status_query", "receipt", "f
 
 
 class ModelRobot:
-    """Implements the check's `Broker` with itself at the other end: a call of `receive` steps the time."""
+    """Implements the check's `Broker` with itself at the other end: a call of `receive` steps the time.
 
-    def __init__(self, breaks: Rule | None = None) -> None:
+    It is the check's `Relay`, too.
+    """
+
+    address = "127.0.0.1:1884"
+
+    def __init__(self, breaks: Rule | None = None, *, connections: int = 1) -> None:
+        """:param connections: through the relay."""
         self._breaks = breaks
+        self._connections = connections
+        self._is_cut = False
         self._now_s = 0.0
         self._out: list[Publication] = []
         self._sent = 0
@@ -34,8 +42,23 @@ class ModelRobot:
     def now_s(self) -> float:
         return self._now_s
 
+    def cut(self) -> int:
+        """What is on its way arrives, then the broker tells of its last will."""
+        if self._connections and self._breaks is not Rule.LAST_WILL:
+            self._say_bare("connection", {"state": "connection_broken"}, retain=True)
+        self._is_cut = self._connections > 0
+        return self._connections
+
+    def restore(self) -> None:
+        """It is connected at once."""
+        if self._is_cut:
+            self._is_cut = False
+            self._say_bare("connection", {"state": "online"}, retain=True)
+
     def publish(self, publication: Publication) -> None:
         """The check says something."""
+        if self._is_cut:
+            return
         said = json.loads(publication.payload)
         is_ours = publication.run == "run-of-the-check" or self._breaks is Rule.OTHER_RUNS
         if is_ours:
@@ -43,6 +66,12 @@ class ModelRobot:
 
     def receive(self, timeout_s: float) -> Sequence[Publication]:
         self._now_s += timeout_s
+        if self._is_cut:
+            arrived, self._out = self._out, []
+            if self._breaks is not Rule.RECONNECTS:
+                self._work(timeout_s)
+            self._out = []
+            return arrived
         self._work(timeout_s)
         if self._now_s - self._telemetry_s >= 0.5:
             self._telemetry_s = self._now_s
@@ -59,7 +88,12 @@ class ModelRobot:
 
     def _say_bare(self, channel: str, payload: dict[str, Any], *, retain: bool = False) -> None:
         self._out.append(
-            Publication(topic=TOPIC + channel, payload=json.dumps(payload).encode(), retain=retain)
+            Publication(
+                topic=TOPIC + channel,
+                payload=json.dumps(payload).encode(),
+                qos=0 if channel == "visualization" and self._breaks is not Rule.QOS else 1,
+                retain=retain and self._breaks is not Rule.RETAINED,
+            )
         )
 
     def _say(

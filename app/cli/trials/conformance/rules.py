@@ -17,8 +17,10 @@ class Rule(StrEnum):
         member.words = words
         return member
 
-    ANNOUNCES = "announces", "It publishes a factsheet, retained, for the run that the world is in."
-    CONNECTION = "connection", "It says that it is online, retained."
+    ANNOUNCES = "announces", "It publishes a factsheet for the run that the world is in."
+    CONNECTION = "connection", "It says that it is online."
+    RETAINED = "retained", "It publishes factsheet and connection retained, and nothing else."
+    QOS = "qos", "It publishes telemetry with QoS 0, and everything else with QoS 1."
     WELL_FORMED = (
         "well-formed",
         "Its messages have the envelope, its own name as sender, and the run as user property.",
@@ -45,7 +47,11 @@ class Rule(StrEnum):
     CANCELS = "cancels", "It cancels a script, and reports it as cancelled."
     STALE = "stale", "It refuses a script that was cancelled before it arrived."
     TELEMETRY = "telemetry", "Its telemetry is well formed."
-    RECONNECTS = "reconnects", "It keeps its script over a lost connection."
+    LAST_WILL = "last-will", "The broker says `connection_broken` for it once its connection is lost."
+    RECONNECTS = (
+        "reconnects",
+        "It goes on with its script without a connection, comes back, and reports what happened meanwhile.",
+    )
 
     @property
     def link(self) -> str:

@@ -92,6 +92,7 @@ def organised_mission(
         "mission",
         knowledge_base,
         facts=initial_facts(world, knowledge_base),
+        clearing=world.clearing,
     )
     if not isinstance(organised, Organised):
         raise NoMission(organised.reason)

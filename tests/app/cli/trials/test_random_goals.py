@@ -4,11 +4,11 @@ import random
 
 import pytest
 
+from app.cli.trials.random_goals import drawn_goals, drawn_sentence
 from app.domain.errors import Invalid
 from app.domain.goal_language.check import check_goals
 from app.domain.goal_language.grammar import Understood, understand
 from app.domain.goal_language.verbs import Verbs, shipped_verbs
-from app.trials.random_goals import drawn_goals, drawn_sentence
 from benchmarks.sentence_fuzz import NOW
 from tests.app.sample_store import Store
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from app.cli.trials.offline_mission import Mission, goal_problem, plan_mission
 from app.domain.world_model import initial_facts
-from app.trials.offline_mission import Mission, goal_problem, plan_mission
 from planner import PlanningRequest, load_knowledge_base
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from robots.wire import ScriptState, SymbolicFact

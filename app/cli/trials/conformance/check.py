@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from pydantic import ValidationError
 
-from app.trials.conformance.line import ANOTHER_RUN, RUN, Heard, Line
-from app.trials.conformance.rules import Finding, Rule, Verdict
+from app.cli.trials.conformance.line import ANOTHER_RUN, RUN, Heard, Line
+from app.cli.trials.conformance.rules import Finding, Rule, Verdict
 from robots.link.mqtt.topics import Channel, ConnectionState, Presence
 from robots.wire import (
     Acknowledgement,
@@ -33,6 +33,21 @@ from robots.wire import (
 
 STRANGE_TAG = "NO_SUCH_PACKET_EVER"
 OTHERS_ACTION = "action-of-another"
+CUT_FACTOR = 1.5
+"""The robot is cut off for so many times as long as its packet took before (our choice)."""
+
+
+class Relay(Protocol):
+    """What the robot's connections pass through, so that they can be cut off."""
+
+    @property
+    def address(self) -> str: ...
+
+    def cut(self) -> int:
+        """End all connections, and refuse new ones until `restore`; returns how many there were."""
+        ...
+
+    def restore(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,9 +71,13 @@ class CheckRequest:
 class RobotCheck:
     """One run of the check."""
 
-    def __init__(self, line: Line, request: CheckRequest) -> None:
+    def __init__(self, line: Line, request: CheckRequest, *, relay: Relay | None = None) -> None:
+        """:param relay: None: the robot is not cut off, and what depends on that is not tried."""
         self._line = line
         self._request = request
+        self._relay = relay
+        self._took_s = request.packet_s
+        """How long the first packet took at most."""
         self._found: dict[Rule, Finding] = {}
         self._tag = request.tag or ""
 
@@ -70,7 +89,11 @@ class RobotCheck:
             self._try_script()
             self._try_orders()
             self._try_stale()
+            self._try_cut_off()
             self._judge_all_heard()
+        else:
+            why = "it did not appear" if not self._line.heard else "no packet to give it is known: say --tag"
+            self._skip(why, *Rule)
         return [
             self._found.get(rule)
             or Finding(rule=rule, verdict=Verdict.UNTRIED, detail=_WHY_UNTRIED.get(rule, "nothing led to it"))
@@ -99,11 +122,9 @@ class RobotCheck:
     def _meets(self) -> bool:
         """Wait for the robot; False if it does not appear at all."""
         self._until(lambda: self._sheet() is not None and self._is_online())
-        self._note(
-            Rule.CONNECTION, self._is_online(), "no retained `online` on its connection topic was heard"
-        )
+        self._note(Rule.CONNECTION, self._is_online(), "no `online` on its connection topic was heard")
         sheet = self._sheet()
-        self._note(Rule.ANNOUNCES, sheet is not None, "no factsheet of this run, retained and well formed")
+        self._note(Rule.ANNOUNCES, sheet is not None, "no well-formed factsheet of this run was heard")
         if sheet is None or not isinstance(body := sheet.body, Factsheet):
             return any(one.channel is not Channel.CONNECTION for one in self._line.heard) and bool(self._tag)
         self._tag = self._tag or next(iter(body.repertoire), "")
@@ -124,11 +145,12 @@ class RobotCheck:
             None,
         )
 
-    def _is_online(self) -> bool:
+    def _is_online(self, since: int = 0) -> bool:
+        return self._has_shown(ConnectionState.ONLINE, since)
+
+    def _has_shown(self, state: ConnectionState, since: int) -> bool:
         return any(
-            _presence(one) is ConnectionState.ONLINE
-            for one in self._line.heard
-            if one.channel is Channel.CONNECTION
+            _presence(one) is state for one in self._line.heard[since:] if one.channel is Channel.CONNECTION
         )
 
     def _ask(
@@ -207,6 +229,12 @@ class RobotCheck:
     def _has(self, script: BehaviourScript, packet: str, state: PacketState) -> bool:
         return any(one.packet_id == packet and one.state is state for one in self._reports(script))
 
+    def _duration_s(self, script: BehaviourScript, packet: str) -> float:
+        """How long a packet took by the robot's reports; 0 if it has not ended."""
+        at_s = {one.state: one.at_s for one in self._reports(script) if one.packet_id == packet}
+        ended_s = at_s.get(PacketState.FINISHED, 0.0)
+        return ended_s - at_s.get(PacketState.RUNNING, ended_s)
+
     def _end(self, script: BehaviourScript) -> ScriptReport | None:
         bodies = (message.body for message in self._line.messages())
         return next(
@@ -225,16 +253,14 @@ class RobotCheck:
         self._try_repetition(script)
         self._try_receipts()
         began = self._until(lambda: self._has(script, "a1", PacketState.FINISHED))
+        self._took_s = max(self._took_s, self._duration_s(script, "a1"))
         self._line.listen(self._request.quiet_s)
         early = self._has(script, "a2", PacketState.RUNNING) or self._has(script, "a2", PacketState.FINISHED)
         if self._keeps(Rule.STATUS) and began and not early:
             status = self._status(script.id)
             is_right = status is not None and status.state in (ScriptState.RUNNING, ScriptState.ACCEPTED)
             self._note(Rule.STATUS, is_right, f"of its script it says {status and status.state}")
-        cleared = self._ask(
-            Performative.REQUEST,
-            {"kind": "clearance", "script_id": script.id, "ended": [OTHERS_ACTION]},
-        )
+        cleared = self._clear(script)
         ended = self._until(lambda: self._end(script) is not None)
         if began:
             ran_on = cleared is not None and isinstance(cleared.body, Acknowledgement) and ended
@@ -266,13 +292,13 @@ class RobotCheck:
 
         came_again = self._until(repeated)
         self._line.withholds_receipts = False
-        for known in {m.id for m in self._line.messages() if m.in_reply_to is None}:
-            self._line.confirm(known)
-        self._line.listen(self._request.quiet_s)
+        known = {m.id for m in self._line.messages() if m.in_reply_to is None}
+        for one in known:
+            self._line.confirm(one)
+        self._line.listen(self._request.quiet_s)  # what is under way meanwhile was sent before its receipt
         before = len(self._line.heard)
-        confirmed = {m.id for m in self._line.messages()[:before] if m.in_reply_to is None}
         self._line.listen(self._request.quiet_s + 2.0)
-        late = [m for m in self._line.messages(before) if m.id in confirmed]
+        late = [m for m in self._line.messages(before) if m.id in known]
         fault = (
             "no report came again without its receipt" if not came_again else "it repeats what has a receipt"
         )
@@ -327,13 +353,19 @@ class RobotCheck:
         fault = (
             "it does not agree to a cancel" if not agreed else "it does not report the script as cancelled"
         )
-        self._note(Rule.CANCELS, agreed and ended, fault)
+        if not self._note(Rule.CANCELS, agreed and ended, fault) and end is None:
+            self._clear(script)
+            self._until(lambda: self._end(script) is not None)
+
+    def _clear(self, script: BehaviourScript) -> Message | None:
+        clearance = {"kind": "clearance", "script_id": script.id, "ended": [OTHERS_ACTION]}
+        return self._ask(Performative.REQUEST, clearance)
 
     def _try_pause(self, script: BehaviourScript) -> None:
         answer = self._order(script, ControlVerb.PAUSE, 3)
         if answer is not None and isinstance(answer.body, Refusal):
-            why = f"it refuses to pause: {answer.body.reason}"
-            self._skip(why, Rule.PAUSES, Rule.RESUMES, Rule.ORDER_NUMBERS)
+            self._note(Rule.PAUSES, False, f"it refuses to pause: {answer.body.reason}")
+            self._skip("it does not pause", Rule.RESUMES, Rule.ORDER_NUMBERS)
             return
         agreed = answer is not None and isinstance(answer.body, Acknowledgement)
         paused = agreed and self._until(
@@ -369,10 +401,63 @@ class RobotCheck:
         if not refused:
             self._ask(Performative.CANCEL, Control(script_id=script.id, verb=ControlVerb.CANCEL, number=2))
 
+    def _try_cut_off(self) -> None:
+        rules = (Rule.LAST_WILL, Rule.RECONNECTS)
+        if self._relay is None:
+            self._skip("it was not cut off: give --relay, and let the robot connect there", *rules)
+            return
+        script = self._script(self._packet("a1"), self._packet("a2", after=(OTHERS_ACTION,)))
+        answer = self._give(script) if self._keeps(Rule.ACKNOWLEDGES) else None
+        if answer is None or not isinstance(answer.body, Acknowledgement):
+            self._skip("it did not acknowledge a script to be cut off with", *rules)
+            return
+        self._until(lambda: self._has(script, "a1", PacketState.RUNNING))
+        since = len(self._line.heard)
+        if not self._relay.cut():
+            self._skip(f"it did not connect through the relay at {self._relay.address}", *rules)
+            self._relay.restore()
+            self._order(script, ControlVerb.CANCEL, 1)
+            return
+        cut_s = CUT_FACTOR * self._took_s + self._request.quiet_s
+        self._line.listen(cut_s)
+        is_told = self._has_shown(ConnectionState.CONNECTION_BROKEN, since)
+        self._note(Rule.LAST_WILL, is_told, "its connection was lost, and no `connection_broken` was heard")
+        since = len(self._line.heard)
+        self._relay.restore()
+        if not self._keeps(Rule.RECEIPTS):
+            self._skip("it does not repeat its reports until their receipts", Rule.RECONNECTS)
+            self._order(script, ControlVerb.CANCEL, 1)
+            return
+        fault = self._fault_after_cut(script, since, self._line.now_s())
+        self._note(Rule.RECONNECTS, not fault, fault, f"cut off for {cut_s:.1f} s")
+        if fault:
+            self._order(script, ControlVerb.CANCEL, 1)
+
+    def _fault_after_cut(self, script: BehaviourScript, since: int, restored_s: float) -> str:
+        """What is wrong with a robot that was cut off while it carried out its first packet; empty if nothing is."""
+        if not self._until(lambda: self._is_online(since)):
+            return "it did not say again that it is online"
+        if not self._until(lambda: self._has(script, "a1", PacketState.FINISHED)):
+            return "it did not report the packet that it had under way"
+        finished_s = max(one.at_s for one in self._reports(script) if one.state is PacketState.FINISHED)
+        if finished_s > restored_s:
+            return (
+                f"it stood still without a connection: its packet, which takes {self._took_s:.1f} s, ended "
+                f"{finished_s - restored_s:.1f} s after that was restored"
+            )
+        self._clear(script)
+        if not self._until(lambda: self._end(script) is not None):
+            return "it did not end its script after that"
+        runs = [one.packet_id for one in self._reports(script) if one.state is PacketState.RUNNING]
+        return "it began a packet twice" if len(runs) > len(set(runs)) else ""
+
     def _judge_all_heard(self) -> None:
         faults = [self._fault_of(one) for one in self._line.heard]
         wrong = [fault for fault in faults if fault]
         self._note(Rule.WELL_FORMED, not wrong, wrong[0] if wrong else "")
+        for rule, faults_of in ((Rule.RETAINED, _retention_fault), (Rule.QOS, _qos_fault)):
+            found = [words for one in self._line.heard if (words := faults_of(one))]
+            self._note(rule, not found, found[0] if found else "")
         shown = [one for one in self._line.heard if one.channel is Channel.VISUALIZATION]
         if shown:
             bad = [words for one in shown if (words := _telemetry_fault(one))]
@@ -387,17 +472,26 @@ class RobotCheck:
             return ""
         if heard.message.sender != self._line.robot:
             return f"{heard.channel.value}: its sender is {heard.message.sender}"
-        # What an earlier run left at the broker is not said now.
-        is_old = heard.publication.retain
-        if heard.publication.run != RUN and not is_old:
+        # The factsheet of an earlier run stays at the broker until there is another.
+        if heard.publication.run != RUN and heard.channel is not Channel.FACTSHEET:
             return f"{heard.channel.value}: a {heard.message.body.kind} without the run as user property"
         return ""
 
 
-_WHY_UNTRIED = {
-    Rule.RECONNECTS: "restart its connection or its process by hand while it carries a script out",
-    Rule.TELEMETRY: "no telemetry was heard",
-}
+_WHY_UNTRIED = {Rule.TELEMETRY: "no telemetry was heard"}
+_RETAINED = (Channel.CONNECTION, Channel.FACTSHEET)
+
+
+def _retention_fault(heard: Heard) -> str:
+    if heard.publication.retain == (heard.channel in _RETAINED):
+        return ""
+    return f"{heard.channel.value}: published {'' if heard.publication.retain else 'not '}retained"
+
+
+def _qos_fault(heard: Heard) -> str:
+    if heard.publication.qos == heard.channel.qos:
+        return ""
+    return f"{heard.channel.value}: published with QoS {heard.publication.qos}, not {heard.channel.qos}"
 
 
 def _presence(heard: Heard) -> ConnectionState | None:

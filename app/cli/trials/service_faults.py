@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import httpx2
 
+from app.cli.trials.service_process import Installation, NotReady, ServiceProcess
 from app.domain.clock import pause
 from app.planning.pool.process_tree import Running, kill
-from app.trials.service_process import Installation, NotReady, ServiceProcess
 from app.workflows.background import Background
 
 WorldFault = Callable[[random.Random], str]

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.trials.sweep_results import Outcome, SeedResult, SweepSummary, wilson
+from app.cli.trials.sweep_results import Outcome, SeedResult, SweepSummary, wilson
 
 
 def row(

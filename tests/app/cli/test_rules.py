@@ -1,0 +1,26 @@
+"""`macta rules`."""
+
+from pathlib import Path
+
+import pytest
+
+from app.cli.main import app
+
+DEFENDER = Path(__file__).parents[2] / "robots" / "deliberative" / "defender.rules"
+
+
+def test_a_valid_file_is_summed_up_with_its_version_and_sensors(capsys: pytest.CaptureFixture[str]) -> None:
+    app(["rules", "check", str(DEFENDER)], standalone_mode=False)
+    said = capsys.readouterr().out
+    assert said.startswith("defender ")
+    assert "valid; 5 rules, 0 plans, 1 perceptor; needs bumper, gripper, infra_red, ultrasonic" in said
+
+
+def test_a_fault_is_reported_with_file_line_and_column(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "bad.rules"
+    file.write_text("AGENT bad;\nBELIEF(startup) => COMMIT(activate(MOVE_TOO()));\n")
+    with pytest.raises(SystemExit, match="2"):
+        app(["rules", "check", str(file)])
+    assert f"{file}:2:27: unknown packet MOVE_TOO; did you mean MOVE_TO?" in capsys.readouterr().err
