@@ -123,8 +123,9 @@ class FakeTeam:
         """The ids of all messages to robots, also of the lost."""
         self.unbelieved: str | None = None
         """The packet whose finish is never reported."""
-        self.patient = False
-        """Reports are said again until there is a receipt, as real robots do."""
+        self.patient = True
+        """Reports are said again until there is a receipt, as real robots do: the service takes none while its lease has
+        lapsed."""
         self.replies: list[tuple[str, FactsheetAnswer]] = []
         """What robots were told of their factsheets, in order."""
         self.editions: list[int] = []

@@ -65,7 +65,6 @@ def test_a_mission_goes_on_once_there_is_room_again(
     follow: Callable[..., dict[str, Any]],
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    team.patient = True
     team.faults.stuck.add("store_2")
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()["id"]
     mission = follow(f"/v1/goals/{goal}", "committed")["mission_id"]

@@ -69,7 +69,6 @@ def test_a_mission_goes_on_after_the_server_was_killed_and_came_back(
 ) -> None:
     follower = Follower(address)
     follower.start()
-    team.patient = True
     team.faults.stuck.add("store_2")
     goal = {"text": "move sample_1 to bay_7", "auto_approve": True}
     with httpx2.Client(base_url=address, headers=HEADERS, timeout=60) as api:
