@@ -14,7 +14,9 @@ from robots.executive.control_loop import LOOPS, ControlLoop
 from robots.executive.deliberation import Deliberation
 from robots.executive.discoveries import Discoveries
 from robots.executive.executive import Executive
+from robots.executive.leg_cost import offer
 from robots.executive.memory import RobotMemory
+from robots.executive.offer import Declined, Offer
 from robots.executive.society import Clearing, Society
 from robots.executive.telemetry import telemetry
 from robots.executive.teleoperation import Teleoperation
@@ -258,8 +260,22 @@ class BehaviouralAgent:
             self._society.step(arrived, self)
 
     def clear_by(self, script_id: str, action: str, robot: str) -> Clearing:
-        """See `robots.executive.society.Situated`, as for the next two."""
+        """See `robots.executive.society.Situated`, as for the next four."""
         return self._executive.clear_by(script_id, action, robot)
+
+    def offer(self, leg: BehaviourScript, *, promised_s: float) -> Offer | Declined:
+        return offer(
+            leg,
+            profile=self.profile,
+            executive=self._executive,
+            percepts=self._percepts,
+            fault=self._fault,
+            driver=self._teleoperation.driver,
+            promised_s=promised_s,
+        )
+
+    def state_of(self, script_id: str) -> ScriptState | None:
+        return self._executive.state_of(script_id)
 
     def send(self, message: Message) -> None:
         self._mailbox.pass_on(message)

@@ -117,6 +117,19 @@ class Executive:
             return self._own.behaviour
         return self._machine[run.packet.id, run.phase]
 
+    @property
+    def left_s(self) -> float:
+        """Seconds until the current script should end, by its schedule from the current packet on; 0 without one.
+
+        A packet that is late leaves at least the expected durations of those after it.
+        """
+        if (run := self.current) is None:
+            return 0.0
+        first, *later = self._active_script.packets[self._index :]
+        ends_s = max(one.expected_start_s + one.expected_duration_s for one in (first, *later))
+        planned_s = ends_s - first.expected_start_s - run.elapsed_s
+        return max(planned_s, sum(one.expected_duration_s for one in later))
+
     def state_of(self, script_id: str) -> ScriptState | None:
         """The state of one of the last scripts, or of own packets between a script's; None for one not known."""
         return self._states.of(script_id)
@@ -127,14 +140,9 @@ class Executive:
             return f"script {script.id} is for {script.robot}, this is {self._profile.name}"
         if self.script is not None and not self.script.is_own:
             return f"{self._profile.name} is busy with script {self.script.id}"
-        try:
-            runs, machine = self._prepare(script)
-        except RepertoireError as error:
-            return str(error)
-        needed = NOTHING.union(*(state.needs for state in machine.values()))
-        missing = needed - self._profile.sensors
-        if missing:
-            return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
+        if (unable := self.why_unable(script)) is not None:
+            return unable
+        runs, machine = self._prepare(script)
         if self.script is not None:
             self._note(ScriptState.CANCELLED)
         self._script = script
@@ -145,6 +153,17 @@ class Executive:
         self._suspended_s = None
         self._begun_again = {}
         self._note(ScriptState.ACCEPTED)
+        return None
+
+    def why_unable(self, script: BehaviourScript) -> str | None:
+        """Why the robot could not carry out a script, idle as it might be; None if it could."""
+        try:
+            _, machine = self._prepare(script)
+        except RepertoireError as error:
+            return str(error)
+        needed = NOTHING.union(*(state.needs for state in machine.values()))
+        if missing := needed - self._profile.sensors:
+            return f"{self._profile.name} has no {', '.join(sorted(missing))}, which script {script.id} needs"
         return None
 
     def interpose(

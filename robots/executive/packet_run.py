@@ -85,6 +85,11 @@ class PacketRun:
         return Phase.RETRY if self._guard.manoeuvring else Phase.ACT
 
     @property
+    def elapsed_s(self) -> float:
+        """How long its patterns have acted."""
+        return self._odometer.way.elapsed_s
+
+    @property
     def waits_for(self) -> str:
         """The unmet conditions for starting, in words; empty once it runs."""
         return "; ".join(self._missing)

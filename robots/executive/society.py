@@ -5,7 +5,8 @@ from typing import Protocol
 
 from robots.contract.memory import SocialMemory
 from robots.data import StrEnum
-from robots.wire import BehaviourPacket, Message, SpeechReport
+from robots.executive.offer import Declined, Offer
+from robots.wire import BehaviourPacket, BehaviourScript, Message, ScriptState, SpeechReport
 
 
 class Clearing(StrEnum):
@@ -26,6 +27,17 @@ class Situated(Protocol):
 
     def clear_by(self, script_id: str, action: str, robot: str) -> Clearing:
         """Note that another robot says to have ended its part of an action that the script waits for."""
+        ...
+
+    def offer(self, leg: BehaviourScript, *, promised_s: float) -> Offer | Declined:
+        """The robot's bid for a leg now, or why it makes none.
+
+        :param promised_s: the time of other legs that it was awarded and has no script of.
+        """
+        ...
+
+    def state_of(self, script_id: str) -> ScriptState | None:
+        """The state of one of the robot's last scripts; None for one that it does not know."""
         ...
 
     def send(self, message: Message) -> None:

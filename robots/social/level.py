@@ -12,6 +12,7 @@ from robots.clock import Clock
 from robots.contract.memory import SocialMemory
 from robots.executive.society import Situated
 from robots.social.acquaintances import Acquaintances
+from robots.social.bidding import Bidding, Handler
 from robots.social.conversation import Conversation, Conversations, OutOfProtocol
 from robots.social.peer_clearance import PeerClearance
 from robots.social.protocols import PROTOCOLS, QUERY, InteractionProtocol, Side
@@ -24,7 +25,6 @@ ONTOLOGY = "macta-mission"
 ABILITIES = "abilities"
 """The term that lists what a robot can do; without arguments in a question for it."""
 
-Handler = Callable[[Heard, Situated], Reply | None]
 Ended = Callable[[Ending], None]
 Listener = Callable[[Heard], bool]
 """Hears what no handler takes; False if it does not take it either."""
@@ -59,6 +59,8 @@ class SocialLevel:
         self._outbox: list[Message] = []
         self._listener: Listener = lambda heard: False
         self._clearance = PeerClearance(self.say)
+        self._bidding = Bidding(name, self.conversations, self._answer_later)
+        self._bidding.register(self.on)
         self.on(Performative.INFORM, "ended", self._clearance.heard)
         self.on(Performative.QUERY_REF, ABILITIES, self._say_abilities)
 
@@ -139,6 +141,7 @@ class SocialLevel:
             if isinstance(message.body, SpeechAct):
                 self._hear(message, message.body, robot, now_s)
         self._clearance.step(now_s)
+        self._bidding.step(robot, now_s)
         for one in self.conversations.awaited():
             again = one.step(
                 now_s, round_trip_s=self._round_trip_s, heard_s=self.acquaintances.heard_s(one.partner)
@@ -239,6 +242,11 @@ class SocialLevel:
             )
         self.conversations.add(conversation)
         return conversation
+
+    def _answer_later(self, heard: Heard, reply: Reply) -> None:
+        act = heard.message.body
+        if isinstance(act, SpeechAct) and (known := self.conversations.of(act.conversation_id, heard.sender)):
+            self._answer(known, heard.message, act, reply, self._clock.now_s())
 
     def _answer(
         self, conversation: Conversation, message: Message, act: SpeechAct, reply: Reply, now_s: float

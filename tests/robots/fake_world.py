@@ -13,6 +13,7 @@ import numpy as np
 from robots.clock import ManualClock
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.deliberation import Deliberation
+from robots.executive.society import Society
 from robots.link import InMemoryLink, Link
 from robots.physical.body import (
     ALL_SENSORS,
@@ -64,12 +65,13 @@ class FakeWorld:
         link: Link | None = None,
         packets: Repertoire | None = None,
         mind: Callable[[RobotProfile], Deliberation] | None = None,
+        society: Society | None = None,
         **told: Any,
     ) -> InMemoryLink:
         """A rover with its agent; returns the service's end of its link.
 
-        :param packets: its repertoire's; None: those that ship. :param mind: makes its deliberative level. :param told:
-            more of its `RobotProfile`.
+        :param packets: its repertoire's; None: those that ship. :param mind: makes its deliberative level.
+        :param society: its social level. :param told: more of its `RobotProfile`.
         """
         ours, theirs = InMemoryLink.pair()
         self.bodies[name] = FakeBody(self, name, pose)
@@ -81,6 +83,7 @@ class FakeWorld:
             clock=self.clock,
             repertoire=packets,
             deliberation=None if mind is None else mind(profile),
+            society=society,
         )
         return ours
 

@@ -13,6 +13,7 @@ from app.agents.agent_models import Reception
 from app.domain.lifecycles.script import order_label, unanswered_order
 from app.store import ScriptRow
 from robots.clock import ManualClock
+from robots.executive.offer import Declined, Declining, Offer
 from robots.executive.society import Clearing
 from robots.social import SocialLevel
 from robots.wire import (
@@ -400,3 +401,9 @@ class Speaking:
 
     def tell_service(self, report: SpeechReport) -> None:
         self.fleet.tell(self.robot, report)
+
+    def offer(self, leg: BehaviourScript, *, promised_s: float) -> Offer | Declined:
+        return Declined(reason=Declining.FAULT, words=f"{self.robot.name} has no body for {leg.id}")
+
+    def state_of(self, script_id: str) -> ScriptState | None:
+        return None

@@ -9,13 +9,17 @@ from itertools import count
 from robots.clock import ManualClock
 from robots.contract.memory import SocialMemory
 from robots.executive.executive import Executive
+from robots.executive.leg_cost import offer
 from robots.executive.memory import ExecutiveMemory
+from robots.executive.offer import Declined, Offer
 from robots.executive.society import Clearing
+from robots.perception.health import Defect
+from robots.perception.percepts import Percepts
 from robots.physical.body import Pose
 from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
 from robots.social import SocialLevel
-from robots.wire import BehaviourScript, Message, SpeechReport
+from robots.wire import BehaviourScript, Message, ScriptState, SpeechReport
 from tests.robots.stories import room
 
 STEP_S = 0.5
@@ -77,6 +81,12 @@ class Talker:
         self.air = air
         self.name = name
         self.reports: list[SpeechReport] = []
+        self.pose = Pose(x_m=0, y_m=0, heading_rad=0)
+        self.battery = 1.0
+        self.degraded: tuple[Defect, ...] = ()
+        self.holding: str | None = None
+        self.fault = ""
+        self.driver: str | None = None
         self._profile = RobotProfile(
             name=name, start=Pose(x_m=0, y_m=0, heading_rad=0), beacons=room().beacons
         )
@@ -109,6 +119,26 @@ class Talker:
 
     def clear_by(self, script_id: str, action: str, robot: str) -> Clearing:
         return self.executive.clear_by(script_id, action, robot)
+
+    def offer(self, leg: BehaviourScript, *, promised_s: float) -> Offer | Declined:
+        percepts = Percepts(
+            profile=self._profile, time_s=self.air.clock.now_s(), pose=self.pose, odometry=self.pose
+        )
+        percepts.battery = self.battery
+        percepts.degraded = self.degraded
+        percepts.last_held = self.holding
+        return offer(
+            leg,
+            profile=self._profile,
+            executive=self.executive,
+            percepts=percepts,
+            fault=self.fault,
+            driver=self.driver,
+            promised_s=promised_s,
+        )
+
+    def state_of(self, script_id: str) -> ScriptState | None:
+        return self.executive.state_of(script_id)
 
     def send(self, message: Message) -> None:
         self.air.send(message)
