@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.executive.offer import DEFECT_S, Declining, Offer
+from robots.executive.upkeep import recharge
 from robots.perception.health import Defect
 from robots.physical.body import Pose
 from robots.social import Heard, Term
@@ -98,6 +99,14 @@ def test_a_busy_robot_bids_from_where_and_when_its_script_ends() -> None:
     bid = auction.bid(*CARRY)
     assert bid.release_s == 45.0
     assert bid.way_s == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_script_of_the_robots_own_gives_way_and_does_not_count() -> None:
+    auction = Auction()
+    auction.fred.accept(recharge("fred", "yard", 1))
+    bid = auction.bid(*CARRY)
+    assert bid.release_s == 0.0
+    assert bid.way_s == pytest.approx(BAY_FROM_ORIGIN_S, abs=0.01)
 
 
 def test_each_reading_that_is_left_out_costs_and_is_named() -> None:
@@ -224,6 +233,15 @@ def test_an_award_whose_script_never_comes_has_failed() -> None:
     auction.award("award(leg_1, s1)", within_s=30.0)
     assert auction.last.startswith("propose")
     auction.air.run_for(28.0)
+    assert auction.bid(*CARRY, leg="leg_2").release_s == 0.0
+
+
+def test_an_award_that_was_cancelled_does_not_count() -> None:
+    auction = Auction()
+    auction.bid(*CARRY)
+    auction.award("award(leg_1, s1)")
+    assert auction.ginger.social.go_on(Performative.CANCEL, "fred", parse_term("leg(leg_1)"), within_s=60)
+    auction.air.run_for(2.0)
     assert auction.bid(*CARRY, leg="leg_2").release_s == 0.0
 
 
