@@ -8,7 +8,7 @@ from concurrent.futures import TimeoutError as TooLate
 from dataclasses import dataclass, field
 
 from app.domain.errors import Busy, Conflict, Silent
-from robots.wire import Body, Message, TraceQuery, TraceReport, new_message_id
+from robots.wire import Body, Message, MindQuery, MindReport, TraceQuery, TraceReport, new_message_id
 
 MAX_OPEN = 8
 """Questions to one robot that may be open at a time."""
@@ -46,6 +46,19 @@ class Questions:
             raise Conflict(f"{robot} keeps no trace", code="no-trace")
         return answer
 
+    def mind(self, robot: str) -> MindReport:
+        """What the robot believes and is committed to. Blocks until the robot answers.
+
+        :raises Silent: if it does not in time.
+        :raises Conflict: if it refuses, or does not understand the question, as robots of older software do not.
+        :raises Busy: if `MAX_OPEN` questions to it are open.
+        """
+        answer = self._ask(Question(robot=robot, body=MindQuery()))
+        if not isinstance(answer, MindReport):
+            detail = f"{robot} does not tell of its mind: its software does not know the question mind_query"
+            raise Conflict(detail, code="no-mind")
+        return answer
+
     def to_send(self, robots: Collection[str]) -> list[Question]:
         """Take the questions to these robots that are not sent yet."""
         with self._lock:
@@ -64,7 +77,7 @@ class Questions:
                 question = None
         if question is not None:
             question.answer.set_result(message.body)
-        return question is not None or isinstance(message.body, TraceReport)
+        return question is not None or isinstance(message.body, TraceReport | MindReport)
 
     def _ask(self, question: Question) -> Body:
         with self._lock:

@@ -32,7 +32,7 @@ from app.api.worlds import TAGS
 from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.out_of_service import OutOfService
-from robots.wire import MAX_RULE_FILES, TRACED_S, PacketTunings, RuleText, TraceReport
+from robots.wire import MAX_RULE_FILES, TRACED_S, MindReport, PacketTunings, RuleText, TraceReport
 
 WAITING_FOR_ROBOTS = 16
 """Requests that may wait for robots' answers at the same time; further ones queue and do not block other routes."""
@@ -183,6 +183,19 @@ def robots_router(
 
         def ask() -> TraceReport:
             return questions.trace(robots.robot(name).view.name, seconds)
+
+        return await to_thread.run_sync(ask, limiter=waiting)
+
+    @router.get("/robots/{name}/mind", responses=declared(409, 429, 504))
+    async def get_mind(name: Id) -> MindReport:
+        """What the robot's rules have made of it: beliefs, commitments, roles and open conversations.
+
+        Queried from the robot (504 if it does not answer, 409 if its software does not know the question). A commitment
+        is one firing of a rule. Times are the world's clock.
+        """
+
+        def ask() -> MindReport:
+            return questions.mind(robots.robot(name).view.name)
 
         return await to_thread.run_sync(ask, limiter=waiting)
 

@@ -29,6 +29,8 @@ from robots.wire import (
     FailureCategory,
     FaultReport,
     Message,
+    MindQuery,
+    MindReport,
     Performative,
     Retune,
     RuleSet,
@@ -291,6 +293,8 @@ class ContractRobot:
                 self._mailbox.tell(message, refusal, now_s, Performative.REFUSE)
             case TraceQuery():
                 self._mailbox.tell(message, TraceReport(at_s=now_s), now_s)
+            case MindQuery():
+                self._mailbox.tell(message, MindReport(at_s=now_s), now_s)
 
     def _accept(self, script: BehaviourScript, now_s: float) -> str | None:
         """Accept a script and end the one it supersedes, or return the reason against it."""

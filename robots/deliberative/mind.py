@@ -15,6 +15,7 @@ from robots.deliberative.program import Await, RuleFile, Verb, parts_of
 from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rule_set import read_rule_set, teams_of
 from robots.deliberative.terms import Term, as_value, unify
+from robots.deliberative.told import told_agent
 from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, SCRIPT
 from robots.errors import RuleError
 from robots.executive.executive import Executive
@@ -22,7 +23,7 @@ from robots.executive.mind_memory import MindMemory
 from robots.perception.percepts import NOTHING, Needs, Percepts
 from robots.physical.profile import RobotProfile
 from robots.repertoire import Repertoire
-from robots.wire import OWN, BehaviourPacket, BehaviourScript, ScriptState
+from robots.wire import MAX_TOLD, OWN, BehaviourPacket, BehaviourScript, ScriptState, ToldAgent
 
 TIMEOUT_S = 60.0
 WAIT_TIMEOUT_S = 30.0
@@ -97,6 +98,10 @@ class Mind:
     def digests(self) -> Mapping[str, str]:
         """Of the rule files in use, by name."""
         return {file.name: file.version for file in self._files}
+
+    def told(self) -> tuple[ToldAgent, ...]:
+        """What its agents believe and are committed to, in order of rank."""
+        return tuple(told_agent(agent, MAX_TOLD // len(self.agents)) for agent in self.agents)
 
     def follow(self, files: Mapping[str, str], version: int, now_s: float) -> str | None:
         """Follow these rule files, or return the reason against them; then the present ones stay in use."""

@@ -39,6 +39,8 @@ from robots.wire import (
     ControlVerb,
     Factsheet,
     Message,
+    MindQuery,
+    MindReport,
     PacketReport,
     PacketState,
     PacketTunings,
@@ -313,6 +315,8 @@ class BehaviouralAgent:
                 run = self._executive.current
                 conditions = () if run is None else tuple(run.traced_conditions())
                 self._mailbox.tell(message, self.trace.report(now_s, seconds, conditions), now_s)
+            case MindQuery():
+                self._mailbox.tell(message, self._mind(now_s), now_s)
             case Retune() as wanted:
                 self._retune(message, wanted, now_s)
             case RuleSet() as rules:
@@ -368,6 +372,16 @@ class BehaviouralAgent:
         performative = Performative.AGREE if reason is None else Performative.REFUSE
         report = RulesReport(version=wanted.version, reason=reason or "", digests=digests)
         self._mailbox.answer(message, performative, report, now_s)
+
+    def _mind(self, now_s: float) -> MindReport:
+        mind = self._deliberation
+        return MindReport(
+            at_s=now_s,
+            version=0 if mind is None else mind.version,
+            digests={} if mind is None else dict(mind.digests),
+            agents=() if mind is None else mind.told(),
+            conversations=() if self._society is None else self._society.told(),
+        )
 
     def _drive(self, message: Message, wanted: SetPoint, now_s: float) -> None:
         """Drive by an operator's set-point, or refuse it. One that arrives too late is ignored."""

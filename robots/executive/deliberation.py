@@ -6,6 +6,7 @@ from typing import Protocol
 from robots.executive.executive import Executive
 from robots.executive.mind_memory import MindMemory
 from robots.perception.percepts import Needs, Percepts
+from robots.wire import ToldAgent
 
 
 class Deliberation(Protocol):
@@ -28,6 +29,10 @@ class Deliberation(Protocol):
     @property
     def digests(self) -> Mapping[str, str]:
         """Of the rule files in use, by name."""
+        ...
+
+    def told(self) -> tuple[ToldAgent, ...]:
+        """What its agents believe and are committed to, in order of rank."""
         ...
 
     def follow(self, files: Mapping[str, str], version: int, now_s: float) -> str | None:

@@ -6,7 +6,14 @@ from typing import Protocol
 from robots.contract.memory import SocialMemory
 from robots.data import StrEnum
 from robots.executive.offer import Declined, Offer
-from robots.wire import BehaviourPacket, BehaviourScript, Message, ScriptState, SpeechReport
+from robots.wire import (
+    BehaviourPacket,
+    BehaviourScript,
+    Message,
+    ScriptState,
+    SpeechReport,
+    ToldConversation,
+)
 
 
 class Clearing(StrEnum):
@@ -58,6 +65,10 @@ class Society(Protocol):
 
     def packet_ended(self, packet: BehaviourPacket) -> None:
         """The robot has finished a packet of its mission's script."""
+        ...
+
+    def told(self) -> tuple[ToldConversation, ...]:
+        """The open conversations, the newest last."""
         ...
 
     def memory(self) -> SocialMemory: ...

@@ -18,7 +18,15 @@ from robots.social.peer_clearance import PeerClearance
 from robots.social.protocols import PROTOCOLS, QUERY, InteractionProtocol, Side
 from robots.social.speech import Ending, Heard, Reply
 from robots.social.terms import ContentError, Term, parse_term
-from robots.wire import TERMS, BehaviourPacket, Message, Performative, SpeechAct
+from robots.wire import (
+    MAX_TOLD_CONVERSATIONS,
+    TERMS,
+    BehaviourPacket,
+    Message,
+    Performative,
+    SpeechAct,
+    ToldConversation,
+)
 
 ONTOLOGY = "macta-mission"
 """What the words of contents mean: scripts, actions, places and samples of the service's missions."""
@@ -157,6 +165,21 @@ class SocialLevel:
 
     def packet_ended(self, packet: BehaviourPacket) -> None:
         self._clearance.packet_ended(packet, self._clock.now_s())
+
+    def told(self) -> tuple[ToldConversation, ...]:
+        """The open conversations, the newest last, as they are told when the robot's mind is read."""
+        open_ones = [one for one in self.conversations if not one.has_ended]
+        return tuple(
+            ToldConversation(
+                id=one.id,
+                protocol=one.protocol.name,
+                partner=one.partner,
+                state=one.state,
+                is_mine=one.side is Side.INITIATOR,
+                reply_by_s=one.reply_by_s,
+            )
+            for one in open_ones[-MAX_TOLD_CONVERSATIONS:]
+        )
 
     def memory(self) -> SocialMemory:
         return SocialMemory(owed=self._clearance.memory())

@@ -14,6 +14,8 @@ from typing_extensions import Self
 
 from robots.data import StrEnum
 from robots.wire.operator import (
+    MindQuery,
+    MindReport,
     Retune,
     RuleSet,
     RulesReport,
@@ -371,6 +373,8 @@ KnownBody = Annotated[
     | FactsheetAnswer
     | TraceQuery
     | TraceReport
+    | MindQuery
+    | MindReport
     | Retune
     | TuningReport
     | RuleSet

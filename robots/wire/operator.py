@@ -1,4 +1,4 @@
-"""The messages by which an operator drives a robot, tunes its packets and inspects its synthesis."""
+"""The messages by which an operator drives a robot, tunes its packets and inspects its synthesis and mind."""
 
 from typing import Annotated, Literal
 
@@ -15,6 +15,13 @@ RELEASE_FACTOR = 6.0
 """The drive ends this many times a set-point's validity after the last set-point."""
 TRACED_S = 60.0
 """The approximate length of the trace that a robot keeps."""
+
+MAX_TOLD = 256
+"""Beliefs, and commitments, in one report, shared evenly by the agents (our choice)."""
+MAX_TOLD_CONVERSATIONS = 64
+MAX_TOLD_CHARACTERS = 200
+"""Of one text; longer ones end in an ellipsis."""
+MAX_TOLD_BINDINGS = 16
 
 MAX_RULE_FILES = 16
 RuleText = Annotated[str, StringConstraints(max_length=64 * 1024)]
@@ -147,3 +154,84 @@ class TraceReport(Wire):
     at_s: float
     stretches: tuple[TracedStretch, ...] = ()
     conditions: tuple[TracedCondition, ...] = ()
+
+
+class MindQuery(Wire):
+    """Service to robot: tell what you believe and are committed to (query)."""
+
+    kind: Literal["mind_query"] = "mind_query"
+
+
+class ToldBelief(Wire):
+    """A belief. `value`: False if `term` is believed not to hold.
+
+    `origin`: initial, adopted, perceptor or event; `source`: the rule or perceptor; `words`: what was perceived.
+    """
+
+    term: str
+    value: bool
+    origin: str
+    source: str = ""
+    words: str = ""
+    since_s: float
+
+
+class ToldCommitment(Wire):
+    """A commitment, which is made each time a rule fires.
+
+    `rule`: its file and line, "guard:3"; `bindings`: of the rule's variables; `made_s`: when it fired; `due_s`: when it
+    becomes active; `state`: adopted, active, fulfilled, failed or dropped; `reason`: why it was dropped (condition,
+    replaced, order, rules or overflow); `words`: why it failed or was dropped, for people.
+    """
+
+    number: int
+    rule: str
+    name: str
+    towards: str
+    bindings: dict[str, str] = Field(default_factory=dict, max_length=MAX_TOLD_BINDINGS)
+    made_s: float
+    due_s: float
+    ended_s: float | None = None
+    state: str
+    reason: str | None = None
+    words: str = ""
+
+
+class ToldAgent(Wire):
+    """One of the robot's agents. Beliefs are the newest, commitments those under way and then the last ended.
+
+    `roles`: those that it plays; `belief_count`, `commitment_count`: how many it has, also those left out.
+    """
+
+    name: str
+    roles: tuple[str, ...] = ()
+    beliefs: tuple[ToldBelief, ...] = ()
+    belief_count: int = 0
+    commitments: tuple[ToldCommitment, ...] = ()
+    commitment_count: int = 0
+
+
+class ToldConversation(Wire):
+    """An open conversation. `is_mine`: the robot has opened it; `reply_by_s`: until when it awaits an answer."""
+
+    id: str
+    protocol: str
+    partner: str
+    state: str
+    is_mine: bool
+    reply_by_s: float | None = None
+
+
+class MindReport(Wire):
+    """Robot to service: the answer to a mind query (inform). Times are the world's clock.
+
+    `agents`: in order of rank, none without rules; `version`: of the rules that were sent last; `digests`: of the files
+    that are followed, by name.
+    """
+
+    kind: Literal["mind_report"] = "mind_report"
+    at_s: float
+    version: int = 0
+    digests: dict[str, str] = Field(default_factory=dict)
+    agents: tuple[ToldAgent, ...] = ()
+    conversations: tuple[ToldConversation, ...] = ()

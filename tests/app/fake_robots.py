@@ -22,6 +22,8 @@ from robots.wire import (
     FactsheetAnswer,
     FailureCategory,
     Message,
+    MindQuery,
+    MindReport,
     NotUnderstood,
     PacketReport,
     PacketResult,
@@ -204,8 +206,8 @@ class FakeTeam:
         if isinstance(message.body, Receipt | FactsheetAnswer):
             self._note_answer(message, message.body)
             return
-        if isinstance(message.body, TraceQuery):
-            self._far.send(self._message(message.receiver, Performative.INFORM, self.traced, message.id))
+        if isinstance(message.body, TraceQuery | MindQuery):
+            self._far.send(self._told(message, robot.mind))
             return
         if isinstance(message.body, SetPoint):
             self._drive(message, message.body, robot)
@@ -262,6 +264,21 @@ class FakeTeam:
         performative = Performative.AGREE if reason is None else Performative.REFUSE
         report = RulesReport(version=wanted.version, reason=reason or "", digests=dict(mind.digests))
         return self._message(name, performative, report, message.id)
+
+    def _told(self, message: Message, mind: Mind | None) -> Message:
+        name = message.receiver
+        if isinstance(message.body, TraceQuery):
+            return self._message(name, Performative.INFORM, self.traced, message.id)
+        if mind is None:
+            unknown = NotUnderstood(reason="unknown kind mind_query")
+            return self._message(name, Performative.NOT_UNDERSTOOD, unknown, message.id)
+        told = MindReport(
+            at_s=self.clock.now_s(),
+            version=mind.version,
+            digests=dict(mind.digests),
+            agents=mind.told(),
+        )
+        return self._message(name, Performative.INFORM, told, message.id)
 
     def _answer(self, message: Message, robot: FakeRobot) -> Message:
         name = message.receiver

@@ -19,6 +19,8 @@ from robots.wire import (
     FaultLevel,
     FaultReport,
     Message,
+    MindQuery,
+    MindReport,
     NotUnderstood,
     PacketReport,
     PacketState,
@@ -42,6 +44,9 @@ from robots.wire import (
     StatusReport,
     SymbolicFact,
     Telemetry,
+    ToldAgent,
+    ToldBelief,
+    ToldCommitment,
     TracedPattern,
     TracedStretch,
     TracedTick,
@@ -57,6 +62,33 @@ SCRIPT = "mission-1:fred:0"
 AT_BAY = SymbolicFact(predicate="in", args=("sample_1", "bay_7"))
 FAULT = RobotFault(level=FaultLevel.URGENT, type="lidar", text="its window is dirty")
 HOLDING = SymbolicFact(predicate="holding", args=(ROBOT, "sample_1"))
+MIND = MindReport(
+    at_s=120.5,
+    version=2,
+    digests={"guard": "5d41402a"},
+    agents=(
+        ToldAgent(
+            name="guard",
+            beliefs=(
+                ToldBelief(term="on_duty", value=True, origin="adopted", source="guard:2", since_s=0.1),
+            ),
+            belief_count=1,
+            commitments=(
+                ToldCommitment(
+                    number=1,
+                    rule="guard:2",
+                    name="adoptBelief",
+                    towards="Self",
+                    made_s=0.0,
+                    due_s=0.0,
+                    ended_s=0.0,
+                    state="fulfilled",
+                ),
+            ),
+            commitment_count=1,
+        ),
+    ),
+)
 PACKETS = (
     BehaviourPacket(
         id="a1",
@@ -124,6 +156,7 @@ def examples() -> Mapping[str, Wire]:
         _ask("c0ffee", p.CONFIRM, Receipt(), reply="fred-17"),
         _ask("c0ffef", p.CONFIRM, FactsheetAnswer(state=FactsheetState.IN_FORCE), reply="fred-1"),
         _ask("7e57", p.QUERY, TraceQuery(seconds=5.0)),
+        _ask("7e58", p.QUERY, MindQuery()),
         _ask("fred:tuning:3", p.REQUEST, Retune(version=3, tuning={})),
         _ask("fred:rules:2", p.REQUEST, RuleSet(version=2, files={"guard": "AGENT guard;"})),
         _ask("d41", p.REQUEST, SetPoint(driver="anna", number=8, speed_m_s=0.2, valid_s=0.5)),
@@ -175,6 +208,7 @@ def examples() -> Mapping[str, Wire]:
         _tell("fred-30", p.INFORM, UpkeepReport(tag="CHARGE", state=PacketState.RUNNING, at_s=400.0)),
         _tell("fred-33", p.INFORM, FaultReport(at_s=405.0, faults=(FAULT,))),
         _tell("fred-31", p.INFORM, SampleReport(sample="sample_9", place="bay_2", at_s=410.0)),
+        _tell("fred-36", p.INFORM, MIND, reply="7e58"),
         _tell(
             "fred-32",
             p.INFORM,

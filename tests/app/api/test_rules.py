@@ -8,6 +8,7 @@ from fastapi.testclient import TestClient
 from app.composition import Service
 from robots.deliberative.mind import Mind
 from robots.deliberative.reader import digest_of
+from robots.deliberative.terms import Term
 from robots.physical.body import ALL_SENSORS, Pose, Sensor
 from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
@@ -110,3 +111,33 @@ def test_rules_need_permission_and_a_known_robot(api: TestClient) -> None:
     assert api.put("/v1/robots/nobody/rules", json={"files": {}}).status_code == 404
     api.headers.pop("authorization")
     assert put(api, {"guard": GUARD}).status_code == 401
+
+
+MIND = "/v1/robots/yard_1/mind"
+
+
+def test_a_robots_mind_is_what_the_robot_tells(api: TestClient, team: FakeTeam) -> None:
+    mind = deliberate(team)
+    put(api, {"guard": GUARD})
+    until(api, lambda rules: rules["delivery"] == "acknowledged")
+    mind.agents[0].adopt([Term("on_duty")], 2.0)
+    answer = api.get(MIND)
+    assert answer.status_code == 200
+    told = answer.json()
+    assert (told["version"], told["digests"]) == (1, dict(mind.digests))
+    (guard,) = told["agents"]
+    assert ("on_duty", True, "adopted", 2.0) in [
+        (one["term"], one["value"], one["origin"], one["since_s"]) for one in guard["beliefs"]
+    ]
+
+
+def test_a_robot_of_older_software_does_not_tell_its_mind(api: TestClient) -> None:
+    answer = api.get(MIND)
+    assert (answer.status_code, answer.json()["type"]) == (409, "urn:macta:problem:no-mind")
+    assert answer.json()["detail"].startswith("yard_1 does not tell of its mind")
+
+
+def test_a_silent_robots_mind_is_not_known(api: TestClient, team: FakeTeam) -> None:
+    team.faults.silent.add("yard_1")
+    answer = api.get(MIND)
+    assert (answer.status_code, answer.json()["type"]) == (504, "urn:macta:problem:robot-silent")

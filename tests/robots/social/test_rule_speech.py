@@ -152,3 +152,14 @@ def test_contents_are_the_same_to_rules_and_to_the_social_level() -> None:
     assert as_content("up") == Term("up")
     assert as_content(2.0) is None
     assert as_content(RuleTerm("up", (RuleTerm("of", (Variable("x"),)),))) is None
+
+
+def test_open_conversations_are_told_and_ended_ones_are_not() -> None:
+    air, fred, ginger = speakers(CAPTAIN, KEEPER)
+    run_for(air, 5.0, fred, ginger)
+    (mine,) = fred.talker.social.told()
+    (theirs,) = ginger.talker.social.told()
+    assert (mine.partner, mine.is_mine, theirs.partner, theirs.is_mine) == ("ginger", True, "fred", False)
+    assert (mine.id, mine.state) == (theirs.id, RequestState.AGREED)
+    run_for(air, 15.0, fred, ginger)
+    assert fred.talker.social.told() == ginger.talker.social.told() == ()
