@@ -126,8 +126,8 @@ class FakeTeam:
         self.unbelieved: str | None = None
         """The packet whose finish is never reported."""
         self.patient = True
-        """Reports are said again until there is a receipt, as real robots do: the service takes none while its lease has
-        lapsed."""
+        """Reports are said again until there is a receipt, as real robots do: the service takes none while its lease
+        has lapsed."""
         self.replies: list[tuple[str, FactsheetAnswer]] = []
         """What robots were told of their factsheets, in order."""
         self.editions: list[int] = []
