@@ -16,7 +16,7 @@ from app.agents.edition_delivery import EditionDelivery
 from app.agents.foreign_states import ForeignStates
 from app.agents.impersonation import Impersonations, KeyFile, RobotWatch
 from app.agents.robot_directory import RobotDirectory
-from app.agents.rules import RuleService
+from app.agents.rules import RuleService, rule_check
 from app.agents.running_world import AnnouncesWorld, RejectsMessages, RunningWorld, WorldHost
 from app.agents.running_worlds import RunningWorlds
 from app.agents.signature_counters import SignatureCounters
@@ -189,7 +189,9 @@ class Service:
     def _wire_worlds(self, host: WorldHost | None) -> None:
         """Worlds that are added and removed while the service runs."""
         repertoire = self.packs.repertoire()
-        self._file_checks = FileChecks(tags=repertoire.tags, tuning=repertoire.tuned)
+        self._file_checks = FileChecks(
+            tags=repertoire.tags, tuning=repertoire.tuned, rules=rule_check(repertoire)
+        )
         self._perceives = repertoire.senses
         self.world_set = WorldSet(
             self.core,

@@ -149,10 +149,11 @@ class JawsState(State):
 
 
 class SampleState(State):
-    """A sample's pose, held or not."""
+    """A sample's pose, held or not, and how it rolls."""
 
     point: Pair
     heading_rad: float
+    velocity_m_s: Pair = (0.0, 0.0)
 
 
 class PeripheralState(State):

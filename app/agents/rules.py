@@ -1,6 +1,6 @@
 """The rule files of robots' deliberative levels (docs/rules.md): stored, and delivered until the robot answers."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from sqlalchemy import select
@@ -49,12 +49,13 @@ class RuleService:
         self._database = core.database
         self._events = core.events
         self._worlds = worlds
-        self._repertoire = repertoire
+        self._check_files = rule_check(repertoire)
 
     def get(self, robot: str) -> RuledRobot:
-        _, world = robot_and_world(self._worlds, robot)
+        """Its rules; until others are set, those of its world file, as version 0."""
+        spec, world = robot_and_world(self._worlds, robot)
         with self._database.read() as session:
-            return _ruled(session.get(RulesRow, (world, robot)) or _no_rules(world, robot))
+            return _ruled(session.get(RulesRow, (world, robot)) or _no_rules(world, robot, spec.rules))
 
     def put(
         self, robot: str, files: Mapping[str, str], *, actor: str, comment: str, expected_version: int | None
@@ -64,12 +65,12 @@ class RuleService:
         :raises Invalid: naming file, line and column of each fault.
         :raises Outdated: if the rules have changed since `expected_version`.
         """
-        _, world = robot_and_world(self._worlds, robot)
+        spec, world = robot_and_world(self._worlds, robot)
         self._check(files)
         with self._database.write() as session:
             row = session.get(RulesRow, (world, robot), with_for_update=True)
             if row is None:
-                row = _no_rules(world, robot)
+                row = _no_rules(world, robot, spec.rules)
                 session.add(row)
             if expected_version not in (None, row.version):
                 detail = (
@@ -121,12 +122,21 @@ class RuleService:
             )
 
     def _check(self, files: Mapping[str, str]) -> None:
-        from robots.deliberative.rule_set import read_rule_set, teams_of  # a parser, which few services need
-
         try:
-            teams_of(read_rule_set(files), self._repertoire)
+            self._check_files(files)
         except RuleError as error:
             raise Invalid(str(error), code="unfit-rules") from error
+
+
+def rule_check(repertoire: Repertoire) -> Callable[[Mapping[str, str]], None]:
+    """Checks rule files by name; raises a `RuleError` that names file, line and column of each fault."""
+
+    def check(files: Mapping[str, str]) -> None:
+        from robots.deliberative.rule_set import check_rule_set  # a parser, which few services need
+
+        check_rule_set(files, repertoire)
+
+    return check
 
 
 def renew_rules(session: Session, world: str, robots: Collection[str] | None = None) -> None:
@@ -139,9 +149,17 @@ def renew_rules(session: Session, world: str, robots: Collection[str] | None = N
         row.followed = {}
 
 
-def _no_rules(world: str, robot: str) -> RulesRow:
+def _no_rules(world: str, robot: str, files: Mapping[str, str]) -> RulesRow:
+    """:param files: that the robot starts with."""
     return RulesRow(
-        world=world, robot=robot, version=0, files=[], followed={}, delivery=UNTOUCHED, detail="", comment=""
+        world=world,
+        robot=robot,
+        version=0,
+        files=[list(one) for one in files.items()],
+        followed={},
+        delivery=UNTOUCHED,
+        detail="",
+        comment="",
     )
 
 

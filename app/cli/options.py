@@ -122,12 +122,19 @@ def named_world(
     from planner import KnowledgeBaseError
 
     packs = packs or load_packs([STORE])
+
+    def check_rules(files: "Mapping[str, str]") -> None:
+        from robots.deliberative.rule_set import check_rule_set  # a parser, which few worlds need
+
+        check_rule_set(files, packs.repertoire())
+
     name = name or packs.default_world
     world = world_file(
         name,
         packs.worlds(),
         tags=packs.tags(),
         check_tuning=lambda tuning: packs.repertoire().tuned(tuning),
+        check_rules=check_rules,
     )
     try:
         initial_facts(world, knowledge_base or packs.knowledge_base())
@@ -143,15 +150,16 @@ def world_file(
     *,
     tags: "Collection[str] | None" = None,
     check_tuning: "Callable[[PacketTunings], object] | None" = None,
+    check_rules: "Callable[[Mapping[str, str]], object] | None" = None,
 ) -> "WorldFile":
-    """The world; exits if its file is invalid. Facts are not checked, tags and tunings if these are given.
+    """The world; exits if its file is invalid. Facts are not checked; tags, tunings and rules if these are given.
 
     :param worlds: the files of the worlds that have names; None: of those that ship with Macta.
     """
     from robots.world import WorldFileError, load_world
 
     try:
-        return load_world(name, worlds=worlds, tags=tags, check_tuning=check_tuning)
+        return load_world(name, worlds=worlds, tags=tags, check_tuning=check_tuning, check_rules=check_rules)
     except WorldFileError as error:
         fail(str(error))
 

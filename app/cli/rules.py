@@ -1,5 +1,6 @@
 """`macta rules`: the rule files of robots' deliberative level."""
 
+from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,19 +12,39 @@ from app.domain.errors import Invalid
 if TYPE_CHECKING:
     from robots.deliberative.program import RuleFile
 
-commands = typer.Typer(no_args_is_help=True, help="Check rule files (docs/rules.md).")
+commands = typer.Typer(no_args_is_help=True, help="Show and check rule files (docs/rules.md).")
 
 
 @commands.callback()
 def rules() -> None:
-    """Check rule files (docs/rules.md)."""
+    """Show and check rule files (docs/rules.md)."""
+
+
+@commands.command("list")
+def list_rules() -> None:
+    """List the rule files that ship with Macta, with what each is for."""
+    from robots.world.rule_files import shipped_rules
+
+    shipped = {name: path.read_text(encoding="utf-8") for name, path in shipped_rules().items()}
+    width = max(map(len, shipped), default=0)
+    for name, text in shipped.items():
+        typer.echo(f"{name:<{width}}  {_purpose(text)}")
+
+
+@commands.command()
+def show(name: Annotated[str, typer.Argument(help="A rule file that ships with Macta.")]) -> None:
+    """Print a rule file that ships with Macta, to be changed for a robot."""
+    with reported_errors():
+        typer.echo(_path(Path(name)).read_text(encoding="utf-8"), nl=False)
 
 
 @commands.command()
 def check(
     files: Annotated[
         list[Path],
-        typer.Argument(help="Rule files of one agent: its own and those of roles.", metavar="FILE"),
+        typer.Argument(
+            help="Rule files of one agent: its own and those of roles; shipped ones by name.", metavar="FILE"
+        ),
     ],
     pack: PackNames = None,
 ) -> None:
@@ -38,7 +59,7 @@ def check(
 
     with reported_errors():
         try:
-            read = [read_rules(file) for file in files]
+            read = [read_rules(_path(file)) for file in files]
             check_rules(read, packs_of(pack).repertoire())
         except RuleError as error:
             raise Invalid(str(error)) from error
@@ -52,3 +73,29 @@ def check(
 def _summary(file: "RuleFile") -> str:
     counted = {"rule": file.rules, "plan": file.plans, "perceptor": file.perceptors}
     return ", ".join(f"{len(some)} {name}{'' if len(some) == 1 else 's'}" for name, some in counted.items())
+
+
+def _path(file: Path) -> Path:
+    """A file, or one that ships with Macta by its name.
+
+    :raises Invalid: if there is neither.
+    """
+    from robots.world.rule_files import shipped_rules
+
+    shipped = shipped_rules()
+    if file.is_file() or file.suffix:
+        return file
+    if str(file) not in shipped:
+        raise Invalid(f"no rule file {file}; those that ship: {', '.join(shipped)}")
+    return shipped[str(file)]
+
+
+def _purpose(text: str) -> str:
+    """The first sentence of a file's first comment."""
+
+    def is_comment(line: str) -> bool:
+        return line.startswith("//")
+
+    lines = dropwhile(lambda line: not is_comment(line), text.splitlines())
+    comment = " ".join(line[2:].strip() for line in takewhile(is_comment, lines))
+    return comment.split(". ")[0].rstrip(".")

@@ -322,7 +322,7 @@ class WorldChanges:
         )
 
     def _refuse_foreign(self, world: str, edited: EditedWorld) -> None:
-        """Refuse robots that another world has, whose tags are no packet's, or whose tuning fits no packet."""
+        """Refuse robots that another world has, whose tags are no packet's, or whose tuning or rules do not fit."""
         others = {
             robot.name: name for name, file in self._worlds.items() if name != world for robot in file.agents
         }
@@ -346,6 +346,10 @@ class WorldChanges:
                 self._checks.tuning(_tuning_of(edit))
             except RobotError as error:
                 raise Invalid(f"edits.{index}: tuning: {error}", code="unfit-tuning") from error
+            try:
+                self._checks.rules(edit.robot.rules if isinstance(edit, AddRobot) else {})
+            except RobotError as error:
+                raise Invalid(f"edits.{index}: rules: {error}", code="unfit-rules") from error
 
     def _refuse_needed(self, session: Session, before: WorldFile, edited: EditedWorld) -> None:
         """Refuse edits of what a running mission still needs, and zones to keep out of, or for one robot, with such a

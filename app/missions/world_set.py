@@ -61,11 +61,12 @@ class FileChecks:
     """What is checked of a world file besides its own rules.
 
     :param tags: of the packets that robots may have.
-    :param tuning: raises a `RobotError` if a robot's tuning is not valid.
+    :param tuning: raises a `RobotError` if a robot's tuning is not valid. :param rules: the same of its rule files.
     """
 
     tags: Collection[str]
     tuning: Callable[[PacketTunings], object]
+    rules: Callable[[Mapping[str, str]], object]
 
 
 class WorldSet:
@@ -146,7 +147,9 @@ class WorldSet:
         :raises WorldFileError: naming the place in the text and the choices.
         """
         checks = self._checks
-        world = read_world(text, origin, tags=checks.tags, check_tuning=checks.tuning)
+        world = read_world(
+            text, origin, tags=checks.tags, check_tuning=checks.tuning, check_rules=checks.rules
+        )
         try:
             initial_facts(world, self._core.knowledge_base)
             initial_numbers(world, self._core.knowledge_base)

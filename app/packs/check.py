@@ -12,6 +12,7 @@ from app.packs.pack import Pack
 from app.packs.pack_set import Packs
 from planner import KnowledgeBase, KnowledgeBaseError
 from robots.conditions.facts import ALWAYS_SENSED
+from robots.deliberative.rule_set import check_rule_set
 from robots.repertoire.schema import TIMEOUT, TOO_FAR, TOO_FAST
 from robots.world import WorldFileError, load_world
 
@@ -84,7 +85,13 @@ def _world_faults(pack: Pack, packs: Packs, knowledge_base: KnowledgeBase) -> It
     repertoire = packs.repertoire()
     for path in pack.worlds.values():
         try:
-            world = load_world(path, worlds={}, tags=repertoire.tags, check_tuning=repertoire.tuned)
+            world = load_world(
+                path,
+                worlds={},
+                tags=repertoire.tags,
+                check_tuning=repertoire.tuned,
+                check_rules=lambda files: check_rule_set(files, repertoire),
+            )
             initial_facts(world, knowledge_base)
             initial_numbers(world, knowledge_base)
         except WorldFileError as error:

@@ -51,6 +51,42 @@ class Moving(Condition, needs=TRACKING):
         return Verdict(moving, f"perceives that {self.object} {'moves' if moving else 'stands still'}")
 
 
+class RollsTo(Condition, needs=TRACKING):
+    """The object is believed to move towards a point of the world's frame, at `least_m_s` or faster."""
+
+    object: str
+    x_m: float
+    y_m: float
+    least_m_s: Annotated[float, Field(gt=0, le=10)] = 0.3
+
+    def check(self, percepts: Percepts) -> Verdict:
+        cursor = percepts.cursors.get(self.object)
+        evidence = percepts.evidence(self.object)
+        if cursor is None or evidence < BELIEVED:
+            return Verdict(False, f"has evidence {evidence:.2f} of {self.object}")
+        way = complex(self.x_m, self.y_m) - cursor.at
+        pace_m_s = (cursor.velocity * way.conjugate()).real / (abs(way) or 1.0)
+        holds = cursor.moving_at(percepts.time_s) and pace_m_s >= self.least_m_s
+        return Verdict(holds, f"perceives that {self.object} moves there at {pace_m_s:.2f} m/s")
+
+
+class Inside(Condition, needs=TRACKING):
+    """The object is believed to be in a rectangle of the world's frame: `x` and `y` intervals in metres."""
+
+    object: str
+    x: tuple[float, float]
+    y: tuple[float, float]
+
+    def check(self, percepts: Percepts) -> Verdict:
+        cursor = percepts.cursors.get(self.object)
+        evidence = percepts.evidence(self.object)
+        if cursor is None or evidence < BELIEVED:
+            return Verdict(False, f"has evidence {evidence:.2f} of {self.object}")
+        at = cursor.at
+        holds = self.x[0] <= at.real <= self.x[1] and self.y[0] <= at.imag <= self.y[1]
+        return Verdict(holds, f"perceives {self.object} at ({at.real:.2f}, {at.imag:.2f})")
+
+
 class NarrowPassage(Condition, needs=SURROUNDINGS):
     """narrow_passage: the free width between left and right, here or just ahead, is at most `width_m` (SRA fig. 4)."""
 

@@ -95,6 +95,7 @@ class Agent:
         self._carries = frozenset[str]().union(*(file.carries for file in files))
         self._perceptors = [Perceptor(spec) for file in files for spec in file.perceptors]
         self._sensed: dict[Term, str] = {}
+        self._known = frozenset[Term]()
         self._rules = [self._loaded(rule, file) for file in files for rule in file.rules]
         for term in (*known, *(one.term for file in files for one in file.initial)):
             self._believe(Belief(term=term, origin=Origin.INITIAL, since_s=now_s))
@@ -126,11 +127,19 @@ class Agent:
         """Those that have not ended, oldest first."""
         return [commitment for commitment, _ in self._live.values()]
 
-    def cycle(self, now_s: float, events: Iterable[Term] = (), percepts: Percepts | None = None) -> None:
+    def cycle(
+        self,
+        now_s: float,
+        events: Iterable[Term] = (),
+        percepts: Percepts | None = None,
+        known: frozenset[Term] = frozenset(),
+    ) -> None:
         """Revise the beliefs, adopt the commitments that follow, and carry them on.
 
-        :param events: beliefs of this cycle alone.
+        :param events: beliefs of this cycle alone. :param known: what the robot knows of itself now.
         """
+        if known != self._known:
+            self._renew_known(known, now_s)
         began = self._revise(now_s, events, percepts)
         for number, key in began:
             self._commit(number, key, now_s)
@@ -190,6 +199,13 @@ class Agent:
         if is_demand_changed:
             self._renew_demand()
         return sorted(began, key=lambda one: one[0])
+
+    def _renew_known(self, known: frozenset[Term], now_s: float) -> None:
+        for term in self._known - known:
+            self._cease(term)
+        for term in known - self._known:
+            self._believe_if_possible(term, Origin.PERCEPTOR, "", now_s)
+        self._known = known
 
     def _perceive(self, percepts: Percepts | None, now_s: float) -> None:
         sensed: dict[Term, str] = {}

@@ -16,7 +16,7 @@ from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rule_set import read_rule_set, teams_of
 from robots.deliberative.terms import Term, as_value, unify
 from robots.deliberative.told import told_agent
-from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, SCRIPT
+from robots.deliberative.vocabulary import EVENT, HAS_SCRIPT, HOME, ME, MESSAGE, PACKET, SCRIPT
 from robots.errors import RuleError
 from robots.executive.executive import Executive
 from robots.executive.mind_memory import MindMemory
@@ -25,9 +25,13 @@ from robots.physical.profile import RobotProfile
 from robots.repertoire import Repertoire
 from robots.wire import MAX_TOLD, OWN, BehaviourPacket, BehaviourScript, ScriptState, ToldAgent
 
+CHARGING = "charging"
+"""The agent that takes the place of the robot's own upkeep."""
 TIMEOUT_S = 60.0
 WAIT_TIMEOUT_S = 30.0
 """Of a packet whose rule does not say otherwise."""
+_IDLE = frozenset[Term]()
+_BUSY = frozenset({Term(HAS_SCRIPT)})
 MAX_HEARD = 64
 """Messages in one cycle; later ones wait."""
 
@@ -95,6 +99,11 @@ class Mind:
         self._listens_to = [one for file in files for one in _believed(file) if one.functor == MESSAGE]
 
     @property
+    def charges(self) -> bool:
+        """True if an agent of that name looks after the battery."""
+        return any(agent.name == CHARGING for agent in self.agents)
+
+    @property
     def digests(self) -> Mapping[str, str]:
         """Of the rule files in use, by name."""
         return {file.name: file.version for file in self._files}
@@ -153,8 +162,10 @@ class Mind:
                 events.append(Term(PACKET, (news.tag, news.state.value)))
             else:
                 events.append(Term(SCRIPT, (news.state.value,)))
+        script = executive.script
+        known = _IDLE if script is None or script.is_own else _BUSY
         for agent in self.agents:
-            agent.cycle(now_s, events, percepts)
+            agent.cycle(now_s, events, percepts, known)
 
     def _agent(self, team: Sequence[RuleFile], rank: int, now_s: float) -> Agent:
         known = [Term(ME, (self._profile.name,))]
@@ -255,7 +266,7 @@ class _AgentActuators:
             running.cancel(f"{wanted.tag} of {wanted.because} takes its place")
         own = self._script(wanted)
         if executive.script is None:
-            refusal = executive.accept(own)
+            refusal = executive.begin_own(own, body.percepts, body.now_s)
         else:
             refusal = executive.interpose(
                 own, body.percepts, body.now_s, may_carry=wanted.may_carry, because=wanted.because

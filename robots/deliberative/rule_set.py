@@ -21,6 +21,14 @@ def read_rule_set(files: Mapping[str, str]) -> list[RuleFile]:
     return read
 
 
+def check_rule_set(files: Mapping[str, str], repertoire: Repertoire) -> None:
+    """Read and check texts by the name of their agent or role.
+
+    :raises RuleError: naming file, line and column of each fault, and the way out.
+    """
+    teams_of(read_rule_set(files), repertoire)
+
+
 def teams_of(files: Sequence[RuleFile], repertoire: Repertoire) -> list[tuple[RuleFile, ...]]:
     """Each agent's file with those of the roles, checked together.
 

@@ -14,6 +14,7 @@ FAILED = "failed"
 ROLE = "role"
 ME = "me"
 HOME = "home"
+HAS_SCRIPT = "has_script"
 
 EVENTS: Mapping[str, tuple[str, ...]] = {
     STARTUP: (),
@@ -27,8 +28,8 @@ EVENTS: Mapping[str, tuple[str, ...]] = {
 """Beliefs of one cycle, with their arguments: the robot's start, events and states of packets and scripts, messages,
 and how commitments ended, by the name of the packet, plan or action.
 """
-KNOWN: Mapping[str, tuple[str, ...]] = {ME: ("robot",), HOME: ("place",)}
-"""Beliefs that always hold: the robot's name, and the place of its charger."""
+KNOWN: Mapping[str, tuple[str, ...]] = {ME: ("robot",), HOME: ("place",), HAS_SCRIPT: ()}
+"""What a robot knows of itself: its name, the place of its charger, and whether it has a script of the service."""
 PERFORMATIVES = (
     "accept-proposal",
     "agree",

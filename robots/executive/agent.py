@@ -58,7 +58,6 @@ from robots.wire import (
     Telemetry,
     TraceQuery,
     TuningReport,
-    UpkeepReport,
 )
 
 FAULT_S = 5.0
@@ -394,16 +393,14 @@ class BehaviouralAgent:
             self._mailbox.tell(message, refusal, now_s, Performative.REFUSE)
 
     def _start_upkeep(self, percepts: Percepts | None) -> None:
-        """Without a script, start one of the robot's own if it needs one; report it if that cannot run."""
+        """Without a script, start one of the robot's own if it needs one, unless its rules see to that."""
         if percepts is None or self._executive.active:
             return
+        if self._deliberation is not None and self._deliberation.charges:
+            return
         own = self._upkeep.script(percepts)
-        reason = self._executive.accept(own) if own else None
-        if own and reason:
-            failed = UpkeepReport(
-                tag=own.packets[0].tag, state=PacketState.FAILED, at_s=percepts.time_s, detail=reason
-            )
-            self._mailbox.report(Performative.INFORM, failed, percepts.time_s)
+        if own is not None:
+            self._executive.begin_own(own, percepts, percepts.time_s)
 
     def _low_battery(self) -> str | None:
         """Why the battery is too low for a script; None if it is not."""

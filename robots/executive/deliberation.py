@@ -17,6 +17,11 @@ class Deliberation(Protocol):
         """The sensors that they need now, which the robot has."""
         ...
 
+    @property
+    def charges(self) -> bool:
+        """True if they say when the robot seeks its charger."""
+        ...
+
     def cycle(self, executive: Executive, percepts: Percepts | None, now_s: float) -> None:
         """One tick. `percepts`: None during a sensor fault."""
         ...

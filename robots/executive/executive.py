@@ -27,6 +27,7 @@ from robots.wire import (
     PacketState,
     ScriptState,
     StatusReport,
+    UpkeepReport,
 )
 
 BEGUN_AGAIN_AT_MOST = 3
@@ -154,6 +155,15 @@ class Executive:
         self._begun_again = {}
         self._note(ScriptState.ACCEPTED)
         return None
+
+    def begin_own(self, own: BehaviourScript, percepts: Percepts | None, now_s: float) -> str | None:
+        """Run a script of the robot's own while there is no other; or report, and return, the reason against it."""
+        reason = self.accept(own)
+        if reason is not None:
+            tag = own.packets[0].tag
+            failed = UpkeepReport(tag=tag, state=PacketState.FAILED, at_s=now_s, detail=reason)
+            self._reports.append(failed)
+        return reason
 
     def why_unable(self, script: BehaviourScript) -> str | None:
         """Why the robot could not carry out a script, idle as it might be; None if it could."""

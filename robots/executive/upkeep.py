@@ -1,6 +1,8 @@
 """Upkeep (MACTA §3, the self level): a robot with a low battery and no script drives home and charges.
 
-It does so by a script of its own, which is cancelled for any script of the service.
+It does so by a script of its own, which is cancelled for any script of the service. Rules do the same where an agent
+`charging` is on board (robots/deliberative/files/charging.rules); this is for robots without rules, which do without
+their parser.
 """
 
 from robots.executive.memory import UpkeepMemory

@@ -9,7 +9,7 @@ from robots.conditions.composition import AnyCondition
 from robots.data import ChosenBy, StrEnum, Strict
 from robots.extensions import STIMULI
 from robots.perception.percepts import Percepts
-from robots.reactive import carrying, steering  # noqa: F401, define stimuli
+from robots.reactive import carrying, kicking, steering  # noqa: F401, define stimuli
 from robots.reactive.responses import AnyResponse
 from robots.reactive.stimuli import Stimulus
 from robots.reactive.synthesis import REST, DegreeOfFreedom, Resultants, Utilitor, synthesise

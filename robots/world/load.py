@@ -11,6 +11,7 @@ from robots.data import faults_in, place_in, read_yaml
 from robots.errors import RobotError
 from robots.wire import PacketTunings
 from robots.world.file import WorldFile
+from robots.world.rule_files import put_in_rules
 
 
 class WorldFileError(ValueError):
@@ -42,17 +43,21 @@ def load_world(
     worlds: Mapping[str, Path] | None = None,
     tags: Collection[str] | None = None,
     check_tuning: Callable[[PacketTunings], object] | None = None,
+    check_rules: Callable[[Mapping[str, str]], object] | None = None,
 ) -> WorldFile:
     """Read and check a world.
 
     :param worlds: the files of the worlds that have names; None: of those that ship with Macta.
     :param tags: those that robots' repertoires may name; None: any.
     :param check_tuning: called with the `tuning` of each robot that has one; raises a `RobotError` if it is not valid.
+    :param check_rules: the same of its `rules`.
 
     :raises WorldFileError: naming the file, the slot and the choices.
     """
-    text, origin = _read(str(name_or_file), shipped_worlds() if worlds is None else worlds)
-    return read_world(text, origin, tags=tags, check_tuning=check_tuning)
+    text, origin, folder = _read(str(name_or_file), shipped_worlds() if worlds is None else worlds)
+    return read_world(
+        text, origin, tags=tags, check_tuning=check_tuning, check_rules=check_rules, folder=folder
+    )
 
 
 def read_world(
@@ -61,10 +66,13 @@ def read_world(
     *,
     tags: Collection[str] | None = None,
     check_tuning: Callable[[PacketTunings], object] | None = None,
+    check_rules: Callable[[Mapping[str, str]], object] | None = None,
+    folder: Path | None = None,
 ) -> WorldFile:
-    """The world that a text describes, in YAML or JSON, checked; `tags` and `check_tuning` as of `load_world`.
+    """The world that a text describes, in YAML or JSON, checked; `tags` and `check_...` as of `load_world`.
 
     :param origin: what messages call the text.
+    :param folder: what the paths of rule files are relative to; None: it may have none.
     :raises WorldFileError: naming the origin, the slot and the choices.
     """
     try:
@@ -75,6 +83,8 @@ def read_world(
         raise WorldFileError(f"{origin} cannot be read: {error}") from error
     if not isinstance(data, dict):
         raise WorldFileError(f"{origin} does not contain a mapping of world properties")
+    if faults := put_in_rules(data, text, folder):
+        raise _invalid(origin, faults)
     try:
         world = WorldFile.model_validate(data)
     except ValidationError as error:
@@ -83,8 +93,17 @@ def read_world(
         raise _invalid(origin, (f"zones.{why}" for why in stray))
     if tags is not None and (faults := list(_unknown_tags(world, tags, text))):
         raise _invalid(origin, faults)
-    if check_tuning is not None:
-        _check_tunings(world, check_tuning, origin)
+    for robot in world.robots:
+        try:
+            if robot.tuning and check_tuning is not None:
+                check_tuning(robot.tuning)
+        except RobotError as error:
+            raise _invalid(origin, [f"robots.{robot.name}.tuning: {error}"]) from error
+        try:
+            if robot.rules and check_rules is not None:
+                check_rules(robot.rules)
+        except RobotError as error:
+            raise _invalid(origin, [f"robots.{robot.name}.rules: {error}"]) from error
     return world
 
 
@@ -103,16 +122,8 @@ def _unknown_tags(world: WorldFile, tags: Collection[str], text: str) -> Iterato
                 )
 
 
-def _check_tunings(world: WorldFile, check_tuning: Callable[[PacketTunings], object], origin: str) -> None:
-    for robot in world.robots:
-        if robot.tuning:
-            try:
-                check_tuning(robot.tuning)
-            except RobotError as error:
-                raise _invalid(origin, [f"robots.{robot.name}.tuning: {error}"]) from error
-
-
-def _read(name: str, worlds: Mapping[str, Path]) -> tuple[str, str]:
+def _read(name: str, worlds: Mapping[str, Path]) -> tuple[str, str, Path]:
+    """A world's text, what messages call it, and its folder."""
     path = worlds.get(name, Path(name))
     if not path.is_file():
         raise WorldFileError(f"no world or file {name!r}; worlds: {', '.join(sorted(worlds))}")
@@ -120,4 +131,4 @@ def _read(name: str, worlds: Mapping[str, Path]) -> tuple[str, str]:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise WorldFileError(f"{path} cannot be read: {error}") from error
-    return text, f"world {name}" if name in worlds else str(path)
+    return text, f"world {name}" if name in worlds else str(path), path.parent

@@ -12,6 +12,7 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
 from robots.data import Checked, StrEnum
+from robots.wire import MAX_RULE_FILES, RuleText
 from robots.world.bodies import BodySpec, PackageBodySpec, VelocityBodySpec, WheeledBodySpec
 from robots.world.radio import LinkSpec
 from robots.world.sensors import SensorSpec
@@ -117,6 +118,8 @@ class RobotSpec(Checked):
     `speaks`: what it says to other robots and takes from them, such as `clearance`; left out: all that its software
     can if the world has a `peer_link`; nothing of an `external` robot.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
+    `rules`: the rule files that it starts with, the text of each by the name of its agent or role, in order of rank
+    (docs/rules.md). A world file lists shipped ones by name, and others as paths relative to it.
     `link`: its radio, with the world's `link` as default for each value.
     `external`: software of its own speaks for it on the link; it is not simulated.
     """
@@ -140,6 +143,7 @@ class RobotSpec(Checked):
     senses: tuple[Name, ...] | None = Field(default=None, max_length=64)
     speaks: tuple[Name, ...] | None = Field(default=None, max_length=16)
     tuning: Tuning = Field(default_factory=dict)
+    rules: dict[str, RuleText] = Field(default_factory=dict, max_length=MAX_RULE_FILES)
     link: LinkSpec | None = None
     external: bool = False
 
@@ -165,11 +169,14 @@ class Sample(Checked):
 
     One with a `length_m` is a long object that takes two robots: a bar with a handle at each end and its tag at the
     middle. It lies across the first approach direction of its place. 0 is a compact sample, which one robot carries.
+    One with a `rolling_m_s2` is a ball: pushed, it rolls on, and the floor slows it down by so much. 0: it stands where
+    it was pushed to.
     """
 
     name: Name
     at: Name
     length_m: float = Field(default=0.0, ge=0, le=3)
+    rolling_m_s2: float = Field(default=0.0, ge=0, le=5)
 
     @field_validator("length_m")
     @classmethod
@@ -179,6 +186,12 @@ class Sample(Checked):
                 f"two robots stand side by side at {SHORTEST_M} m or more; 0 is a compact sample"
             )
         return length_m
+
+    @model_validator(mode="after")
+    def _is_long_or_rolls(self) -> Self:
+        if self.length_m and self.rolling_m_s2:
+            raise ValueError(f"{self.name} is long: only compact samples roll")
+        return self
 
 
 class Delivery(Sample):

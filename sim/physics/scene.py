@@ -40,6 +40,8 @@ ROVER_INERTIA_KG_M2 = 0.5
 """About its vertical axis."""
 SAMPLE_RADIUS_M = 0.06
 SAMPLE_HEIGHT_M = 0.15
+BALL_RADIUS_M = 0.09
+"""Of a sample that rolls: the jaws pass over it."""
 BEAM_WIDTH_M = 0.06
 CAMERA_HEIGHT_M = 0.35
 """A rover's cameras look over its body."""
@@ -82,11 +84,15 @@ BEACON = (
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """Where a sample stands: its middle; of a long one its length, and the direction that it lies in."""
+    """Where a sample stands: its middle; of a long one its length, and the direction that it lies in; of a ball how
+    the floor slows it down, and how it rolls.
+    """
 
     point: tuple[float, float]
     length_m: float = 0.0
     heading_rad: float = 0.0
+    rolling_m_s2: float = 0.0
+    velocity_m_s: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,13 +138,13 @@ class Scene:
         self._rover_shape = shape
         self._foreign: dict[str, int] = {}
         self._rovers = {name: self._add_rover(shape, pose) for name, pose in rovers.items()}
+        self._balls: dict[int, Ball] = {}
         self._samples = {name: self._add_sample(placed) for name, placed in samples.items()}
         self._names = tuple(samples)
         self._long_bodies = frozenset(
             self._samples[name] for name, placed in samples.items() if placed.length_m
         )
         self._held: set[str] = set()
-        self._balls: dict[int, Ball] = {}
         self._beacons: list[tuple[float, float]] = []
         self._lowered: dict[int, Panel] = {}
 
@@ -180,6 +186,19 @@ class Scene:
     def sample_heading(self, sample: str) -> float:
         """The direction that a long sample lies in."""
         return self._poses.of(self._samples[sample])[3]
+
+    def sample_velocity(self, sample: str) -> tuple[float, float]:
+        """How a ball rolls; (0, 0) of any other sample."""
+        body = self._samples[sample]
+        if body not in self._balls:
+            return (0.0, 0.0)
+        (x_m_s, y_m_s, _), _ = pybullet.getBaseVelocity(body, physicsClientId=self.client)
+        return (x_m_s, y_m_s)
+
+    @property
+    def is_rolling(self) -> bool:
+        """True while a sample rolls."""
+        return any(any(self.sample_velocity(sample)) for sample in self._names)
 
     def drive(self, rover: str, linear_m_s: float, angular_rad_s: float, sideways_m_s: float = 0.0) -> None:
         """Set a rover's velocity for the coming tick, along its own heading and to the left of it."""
@@ -228,7 +247,7 @@ class Scene:
         for body in self._rovers.values():
             self._poses.level(body, ROVER_HEIGHT_M / 2)
         for sample, body in self._samples.items():
-            if body in pushed and sample not in self._held:
+            if body in pushed and sample not in self._held and body not in self._balls:
                 self._stop_pushed(body, SAMPLE_HEIGHT_M / 2)
         for body, ball in self._balls.items():
             self._roll(body, ball)
@@ -254,8 +273,11 @@ class Scene:
     def set_down(self, sample: str, point: tuple[float, float], heading_rad: float = 0.0) -> None:
         """Stand a lifted sample on the floor, where it is solid again."""
         self._held.discard(sample)
-        self._collide(self._samples[sample], SAMPLES, EVERYTHING)
-        self._place(self._samples[sample], (*point, SAMPLE_HEIGHT_M / 2), heading_rad)
+        body = self._samples[sample]
+        ball = self._balls.get(body)
+        self._collide(body, LOW if ball else SAMPLES, EVERYTHING)
+        self._place(body, (*point, ball.radius_m if ball else SAMPLE_HEIGHT_M / 2), heading_rad)
+        pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, 0], physicsClientId=self.client)
 
     def cut(self, *, height_m: float, groups: int) -> Cut:
         """The cross-section of the bodies of these groups at a height, for rays in that plane."""
@@ -281,14 +303,7 @@ class Scene:
 
     def put_ball(self, point: tuple[float, float], *, radius_m: float, rolling_m_s2: float) -> int:
         """Lay a light ball on the floor, below the whiskers' plane; pushed, it rolls until the floor has stopped it."""
-        shape = pybullet.createCollisionShape(
-            pybullet.GEOM_SPHERE, radius=radius_m, physicsClientId=self.client
-        )
-        body = self._add(0.2, shape, (*point, radius_m), 0.0)
-        self._tune(body, lateralFriction=0.1)
-        self._collide(body, LOW, EVERYTHING)
-        self._balls[body] = Ball(radius_m=radius_m, rolling_m_s2=rolling_m_s2)
-        return body
+        return self._add_ball(point, Ball(radius_m=radius_m, rolling_m_s2=rolling_m_s2))
 
     def put_panel(self, panel: Panel) -> int:
         """Close a doorway by a panel that `raise_panel` moves; it blocks rovers and rays as a wall does."""
@@ -382,7 +397,24 @@ class Scene:
         self._collide(body, ROVERS, EVERYTHING)
         return body
 
+    def _add_ball(self, point: tuple[float, float], ball: Ball) -> int:
+        shape = pybullet.createCollisionShape(
+            pybullet.GEOM_SPHERE, radius=ball.radius_m, physicsClientId=self.client
+        )
+        body = self._add(0.2, shape, (*point, ball.radius_m), 0.0)
+        self._tune(body, lateralFriction=0.1)
+        self._collide(body, LOW, EVERYTHING)
+        self._balls[body] = ball
+        return body
+
     def _add_sample(self, placed: Placed) -> int:
+        if placed.rolling_m_s2:
+            rolling = Ball(radius_m=BALL_RADIUS_M, rolling_m_s2=placed.rolling_m_s2)
+            body = self._add_ball(placed.point, rolling)
+            pybullet.resetBaseVelocity(
+                body, [*placed.velocity_m_s, 0], [0, 0, 0], physicsClientId=self.client
+            )
+            return body
         if placed.length_m:
             shape = bullet.box(self.client, placed.length_m, BEAM_WIDTH_M, SAMPLE_HEIGHT_M)
         else:
@@ -433,7 +465,7 @@ class Scene:
             return
         kept = max(0.0, 1.0 - ball.rolling_m_s2 * TICK_S / speed_m_s)
         x, y = self.point_of(body)
-        self._poses.place(body, (x, y, ball.radius_m), 0.0)
+        self._place(body, (x, y, ball.radius_m), 0.0)
         pybullet.resetBaseVelocity(
             body, [kept * x_m_s, kept * y_m_s, 0], [0, 0, 0], physicsClientId=self.client
         )

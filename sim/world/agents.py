@@ -6,6 +6,7 @@ from math import radians
 from pathlib import Path
 
 from robots.deliberative.mind import Mind
+from robots.deliberative.rule_set import read_rule_set
 from robots.executive.agent import BehaviouralAgent
 from robots.physical.body import ALL_SENSORS
 from robots.physical.profile import Architecture, Area, BeaconSpec, RobotProfile
@@ -70,7 +71,7 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
     )
     speech = None if society is None else RuleSpeech(society)
     packets = (repertoire or load_repertoire()).tuned(spec.tuning)
-    mind = Mind(profile, packets, (), speak=None if speech is None else speech.speak)
+    mind = Mind(profile, packets, read_rule_set(spec.rules), speak=None if speech is None else speech.speak)
     if speech is not None:
         speech.listen(mind)
     return BehaviouralAgent(

@@ -57,9 +57,15 @@ class Placement:
 
         :param samples: all that there are, known or not.
         """
-        lengths_m = {one.name: one.length_m for one in samples}
+        known = {one.name: one for one in samples}
         lying = {
-            name: Placed(state.point, lengths_m[name], state.heading_rad)
+            name: Placed(
+                state.point,
+                known[name].length_m,
+                state.heading_rad,
+                known[name].rolling_m_s2,
+                state.velocity_m_s,
+            )
             for name, state in snapshot.samples.items()
         }
         starts = StartPoses(
@@ -154,7 +160,7 @@ def placed_samples(
         noise = SAMPLE_SIGMA_M * rng.standard_normal(2)
         point = (place.at[0] + float(noise[0]), place.at[1] + float(noise[1]))
         across_rad = radians(place.approach_deg[0] + 90) if sample.length_m else 0.0
-        placed[sample.name] = Placed(point, sample.length_m, across_rad)
+        placed[sample.name] = Placed(point, sample.length_m, across_rad, sample.rolling_m_s2)
     return placed
 
 

@@ -201,6 +201,7 @@ class Simulation:
                 one.name: SampleState(
                     point=self.scene.sample_point(one.name)[:2],
                     heading_rad=self.scene.sample_heading(one.name),
+                    velocity_m_s=self.scene.sample_velocity(one.name),
                 )
                 for one in self._samples
             },
@@ -225,8 +226,9 @@ class Simulation:
 
     @property
     def is_still(self) -> bool:
-        """True while no robot is commanded to move, and no door, hatch or lift moves."""
-        return self.peripherals.is_still and not any(body.is_commanded for body in self.bodies.values())
+        """True while no robot is commanded to move, no ball rolls, and no door, hatch or lift moves."""
+        is_driven = any(body.is_commanded for body in self.bodies.values())
+        return self.peripherals.is_still and not is_driven and not self.scene.is_rolling
 
     def step(self) -> None:
         """One tick of 1/60 s; every third begins with the agents' sensing and acting.
@@ -278,6 +280,11 @@ class Simulation:
     def drop(self, sample: str) -> None:
         """Let a sample slip out of all jaws that hold it."""
         self._jaws.drop(sample)
+
+    def put(self, sample: str, point: tuple[float, float]) -> None:
+        """Lay a sample somewhere by hand; no robot is told."""
+        self._jaws.drop(sample)
+        self.scene.set_down(sample, point)
 
     def _answer(self, message: Message) -> None:
         """Follow what the service tells of foreign robots; take up the edition that it asks for, if that is later."""

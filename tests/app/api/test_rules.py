@@ -100,6 +100,18 @@ def test_faulty_rules_are_refused_by_file_line_and_column_before_they_are_sent(a
     assert api.get(RULES).json()["version"] == 0
 
 
+def test_rules_of_the_world_file_are_those_of_a_robot_that_was_sent_none(api: TestClient) -> None:
+    robot = {"name": "yard_9", "compartment": "yard", "start": [4, 2.4, 0], "rules": {"guard": GUARD}}
+    edit = {"edit": "add_robot", "robot": robot}
+    assert (
+        api.post("/v1/worlds/sample_store/changes", json={"reason": "more", "edits": [edit]}).status_code
+        < 300
+    )
+    ruled = api.get("/v1/robots/yard_9/rules").json()
+    assert (ruled["version"], ruled["delivery"], ruled["files"]) == (0, "untouched", {"guard": GUARD})
+    assert ruled["digests"] == {"guard": digest_of(GUARD)}
+
+
 def test_rules_from_an_outdated_version_are_refused(api: TestClient) -> None:
     assert put(api, {"guard": GUARD}).status_code == 200
     late = put(api, {}, **{"if-match": '"0"'})

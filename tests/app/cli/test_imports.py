@@ -50,7 +50,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
             | DATABASE
             | SERVER
             | {"numpy", "pydantic_settings", "robots.repertoire"},
-            390,
+            395,
             id="world validate",
         ),
         pytest.param(

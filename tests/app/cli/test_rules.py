@@ -24,3 +24,17 @@ def test_a_fault_is_reported_with_file_line_and_column(
     with pytest.raises(SystemExit, match="2"):
         app(["rules", "check", str(file)])
     assert f"{file}:2:27: unknown packet MOVE_TOO; did you mean MOVE_TO?" in capsys.readouterr().err
+
+
+def test_shipped_files_are_listed_shown_and_checked_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    app(["rules", "list"], standalone_mode=False)
+    listed = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert listed["charging"] == "A robot with a low battery and no script drives home and is charged"
+    app(["rules", "show", "charging"], standalone_mode=False)
+    assert capsys.readouterr().out.startswith("AGENT charging;\n")
+    for name in listed:
+        app(["rules", "check", name], standalone_mode=False)
+        assert f"{name} " in capsys.readouterr().out
+    with pytest.raises(SystemExit, match="2"):
+        app(["rules", "show", "parking"])
+    assert "no rule file parking; those that ship: charging" in capsys.readouterr().err

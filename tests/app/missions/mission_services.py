@@ -133,7 +133,7 @@ class MissionServices:
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
         )
-        checks = FileChecks(tags=(), tuning=lambda tuning: None)
+        checks = FileChecks(tags=(), tuning=lambda tuning: None, rules=lambda rules: None)
         self.changes = WorldChanges(
             self.core, worlds=files, clocks=clocks, waiting=self.waiting, checks=checks
         )

@@ -82,7 +82,7 @@ def other(database_url: str, world_file: WorldFile, broker: Broker) -> Iterator[
         files=WorldDirectory(database, {world_file.name: world_file}),
         running=running,
         host=FleetHost(broker),
-        checks=FileChecks(tags=(), tuning=none),
+        checks=FileChecks(tags=(), tuning=none, rules=none),
         limit=4,
     )
     running.end()

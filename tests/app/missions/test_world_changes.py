@@ -335,6 +335,7 @@ def test_a_robot_stays_in_its_area_unless_it_stands_in_the_new_one(api: TestClie
         (of_robot("yard_1", repertoire=["FLY"]), "unknown-tag", "'FLY'"),
         (of_robot("yard_1", tuning={"FLY": {}}), "unfit-tuning", "unknown packet FLY"),
         ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "tuning": {"FLY": {}}}}, "unfit-tuning", "unknown packet FLY"),
+        ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "rules": {"guard": "AGENT no"}}}, "unfit-rules", "guard:1:9:"),
         ({"edit": "remove_robot", "name": "fred"}, "unknown-robot", "unknown robot 'fred'"),
         (NEW_ROBOT, "world-does-not-fit", "unknown location 'home_yard_3'"),
         ({**NEW_ROBOT, "robot": ROBOT | {"home": None, "repertoire": ["FLY"]}}, "unknown-tag", "'FLY'"),

@@ -40,7 +40,14 @@ def test_what_ships_is_a_pack() -> None:
     assert names(packs) == ["store"]
     of_peripherals = {*PERIPHERAL_TAGS}
     assert set(packs.knowledge_base().actions) - {"CARRY"} == {*packs.repertoire().tags} | of_peripherals
-    assert set(packs.worlds()) == {"sample_store", "sample_store_radio", "relocation_lab", "guarded_store"}
+    assert set(packs.worlds()) == {
+        "sample_store",
+        "sample_store_radio",
+        "relocation_lab",
+        "guarded_store",
+        "soccer",
+        "waltz",
+    }
 
 
 def test_a_pack_comes_after_those_that_it_needs(tmp_path: Path) -> None:

@@ -38,6 +38,10 @@ GIVEN: dict[str, Any] = {
     "of": Empty(),
     "robot": "other",
     "quantity": "temperature_c",
+    "x_m": 2.0,
+    "y_m": 1.0,
+    "x": (0.0, 2.0),
+    "y": (0.0, 2.0),
 }
 LONG = {"object": "beam", "target": "beam@left"}
 """What a variant's fields without a default are given, by their names."""

@@ -37,7 +37,7 @@ def test_the_papers_packets_and_the_behavioural_suite_are_there() -> None:
     mission = {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2", "TRACK"}
     turns = {"TURN_LEFT", "TURN_RIGHT", "TURN_TO", "TURN_TOWARD"}
     follows = {"FOLLOW_LEFT_OBSTACLE", "FOLLOW_RIGHT_OBSTACLE"}
-    suite = {"STOP", "STEP", "MOVE_TO", "FACE_OBJECT", "WANDER"} | turns | follows
+    suite = {"STOP", "STEP", "MOVE_TO", "FACE_OBJECT", "KICK", "WANDER"} | turns | follows
     long = {f"{tag} (long)" for tag in ("DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2")}
     upkeep = {"SEEK_CHARGER", "CHARGE", "TELEOPERATE"}
     assert set(REPERTOIRE.specs) == mission | suite | long | upkeep

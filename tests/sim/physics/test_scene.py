@@ -8,7 +8,8 @@ from robots.world import Obstacle, Wall, load_world
 from robots.world.walls import solid_pieces
 from sim.physics.scene import Scene, pybullet
 from sim.world.placement import rocks_of
-from tests.sim.rig import fred, run_s, simulate, two_rooms
+from sim.world.simulation import Simulation
+from tests.sim.rig import Puppet, fred, run_s, simulate, two_rooms
 
 TO_JAWS_M = 0.31  # from a rover's centre to the tip of its jaws
 
@@ -69,6 +70,26 @@ def test_a_ball_rolls_on_when_it_is_no_longer_pushed_until_the_floor_has_stopped
     assert rolled_m == pytest.approx(0.3**2 / (2 * 0.2), abs=0.02)
     run_s(simulation, 1)
     assert simulation.scene.point_of(ball)[0] - pushed_to_m == rolled_m
+
+
+def test_a_sample_that_rolls_goes_on_rolling_after_a_resumption() -> None:
+    world = two_rooms((0.5, 1, 0), samples={"rock": "pass"})
+    ball = world.samples[0].model_copy(update={"rolling_m_s2": 0.2})
+    world = world.model_copy(update={"samples": (ball,)})
+    simulation, puppets = simulate(world)
+    simulation.put("rock", (0.9, 1.0))
+    puppets["fred"].velocity = (0.3, 0.0)
+    run_s(simulation, 1.5)
+    puppets["fred"].velocity = (0.0, 0.0)
+    run_s(simulation, 0.5)
+    at_m = simulation.truth().samples["rock"].x_m
+    resumed = Simulation(world, make_agent=Puppet, snapshot=simulation.snapshot())
+    for one in (simulation, resumed):
+        assert not one.is_still
+        run_s(one, 2)
+        assert one.is_still
+        assert one.truth().samples["rock"].x_m > at_m + 0.05
+    assert simulation.truth().samples["rock"] == resumed.truth().samples["rock"]
 
 
 def test_a_pushed_sample_stops_when_it_is_no_longer_pushed() -> None:

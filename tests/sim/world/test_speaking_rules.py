@@ -38,3 +38,18 @@ def test_a_robot_does_what_anothers_rule_asks_of_it() -> None:
         assert set().union(*(packets() for _ in range(3))) == {"WANDER"}
     finally:
         simulation.close()
+
+
+def test_robots_start_with_the_rules_of_the_world_file() -> None:
+    world = load_world("sample_store").model_copy(update={"peer_link": LinkSpec()})
+    rules = {"yard_1": {"asker": ASKS}, "yard_2": {"doer": DOES}}
+    robots = tuple(robot.model_copy(update={"rules": rules.get(robot.name, {})}) for robot in world.robots)
+    world = world.model_copy(update={"robots": robots})
+    simulation = Simulation(world, make_agent=behavioural_agent, seed=0, jitter_m=0.0)
+    try:
+        for _ in range(40):
+            simulation.step_control_cycle()
+        bodies = (one.body for one in simulation.link.receive() if one.sender == "yard_2")
+        assert "WANDER" in {one.packet_tag for one in bodies if isinstance(one, Telemetry)}
+    finally:
+        simulation.close()

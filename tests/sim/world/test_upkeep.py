@@ -5,17 +5,20 @@ import pytest
 from robots.repertoire import load_repertoire, load_self_level
 from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, Telemetry, UpkeepReport
 from robots.world import WorldFile, load_world
+from robots.world.rule_files import shipped_rules
 from sim.bodies.battery import CHARGE_BELOW, CHARGED
 from sim.world.agents import behavioural_agent
 from sim.world.simulation import Simulation
 from tests.robots.stories import packet, script
 
 
-def store(battery: float, body: str = "velocity") -> WorldFile:
+def store(battery: float, body: str = "velocity", *rules: str) -> WorldFile:
     """The sample store with yard_1 alone, that begins by door_2, far from home."""
     data = load_world("sample_store").model_dump(mode="json")
     yard_1 = next(robot for robot in data["robots"] if robot["name"] == "yard_1")
-    yard_1.update(start=[5.0, 1.0, 0.0], battery=battery, body=body)
+    files = shipped_rules()
+    texts = {name: files[name].read_text(encoding="utf-8") for name in rules}
+    yard_1.update(start=[5.0, 1.0, 0.0], battery=battery, body=body, rules=texts)
     data["robots"] = [yard_1]
     return WorldFile.model_validate(data)
 
@@ -59,9 +62,13 @@ def test_the_levels_fit_the_charger() -> None:
     assert load_repertoire().specs["CHARGE"].defaults()["to"] < CHARGED
 
 
-@pytest.mark.parametrize("body", ["velocity", "wheeled", "avatar"])
-def test_a_weak_rover_refuses_drives_home_charges_and_then_takes_the_script(body: str) -> None:
-    simulation = Simulation(store(0.199, body), make_agent=behavioural_agent, seed=3)
+@pytest.mark.parametrize(
+    ("body", "rules"), [("velocity", []), ("wheeled", []), ("avatar", []), ("velocity", ["charging"])]
+)
+def test_a_weak_rover_refuses_drives_home_charges_and_then_takes_the_script(
+    body: str, rules: list[str]
+) -> None:
+    simulation = Simulation(store(0.199, body, *rules), make_agent=behavioural_agent, seed=3)
     operator = Operator(simulation)
     order = script("yard_1", packet("NAVIGATE", ref2="door_2"))
     refused = operator.order(order)
