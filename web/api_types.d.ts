@@ -393,6 +393,60 @@ interface Tuning {
   packets: PatternParameters;
 }
 
+/** A robot's rule files by the name of the agent or role, as they were sent last. */
+interface RuledRobot {
+  version: number;
+  files: Record<string, string>;
+  delivery: string;
+  detail: string;
+  comment: string;
+  decided_by: string | null;
+}
+
+interface ToldBelief {
+  term: string;
+  value: boolean;
+  origin: string;
+  source: string;
+  words: string;
+  since_s: number;
+}
+
+/** One firing of a rule; `rule` is its file and line. */
+interface ToldCommitment {
+  rule: string;
+  name: string;
+  towards: string;
+  bindings: Record<string, string>;
+  made_s: number;
+  state: string;
+  reason: string | null;
+  words: string;
+}
+
+interface ToldAgent {
+  name: string;
+  roles: string[];
+  beliefs: ToldBelief[];
+  belief_count: number;
+  commitments: ToldCommitment[];
+  commitment_count: number;
+}
+
+interface ToldConversation {
+  protocol: string;
+  partner: string;
+  state: string;
+  is_mine: boolean;
+  reply_by_s: number | null;
+}
+
+interface Mind {
+  at_s: number;
+  agents: ToldAgent[];
+  conversations: ToldConversation[];
+}
+
 interface TeleoperationState {
   driving: boolean;
   last_heard_s: number;

@@ -256,6 +256,25 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
         service.tune(body["tuning"])
         return service.tuning
 
+    @app.get("/v1/robots/{name}/rules", dependencies=v1)
+    def rules(name: str) -> Any:
+        return service.rules
+
+    @app.put("/v1/robots/{name}/rules", dependencies=v1)
+    def send_rules(name: str, body: dict[str, Any], request: Request) -> Any:
+        if request.headers["if-match"] != f'"{service.rules["version"]}"':
+            problem = {"title": "Rules changed", "status": 412, "detail": "the rules of yard_1 have changed"}
+            return JSONResponse(problem, 412, media_type="application/problem+json")
+        if any("COMIT" in text for text in body["files"].values()):
+            problem = {"title": "Unfit rules", "status": 422, "detail": "guard:2:21: expected COMMIT"}
+            return JSONResponse(problem, 422, media_type="application/problem+json")
+        service.rule(body["files"], body["comment"])
+        return service.rules
+
+    @app.get("/v1/robots/{name}/mind", dependencies=v1)
+    def mind(name: str) -> Any:
+        return service.mind
+
     @app.get("/v1/robots/{name}/trace", dependencies=v1)
     def trace(name: str, seconds: float) -> Any:
         return service.trace

@@ -116,6 +116,15 @@ class FakeService:
         self.changes: list[dict[str, Any]] = []
         """Editions of the world, newest first."""
         self.tuning: dict[str, Any] = {"version": 0, "delivery": "untouched", "tuning": {}, "set_out": {}}
+        self.rules: dict[str, Any] = {
+            "version": 0,
+            "files": {},
+            "delivery": "untouched",
+            "detail": "",
+            "comment": "",
+            "decided_by": None,
+        }
+        self.mind: dict[str, Any] = {"at_s": 12.0, "agents": [], "conversations": []}
         self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
         self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}
         self.connection: dict[str, str] = {}
@@ -375,6 +384,13 @@ class FakeService:
             "version": version,
             "delivery": "pending",
         }
+
+    def rule(self, files: dict[str, str], comment: str = "") -> None:
+        """Another operator, or this one, sends rules."""
+        version = self.rules["version"] + 1
+        sent = {"files": files, "comment": comment, "delivery": "pending", "decided_by": "operator"}
+        self.rules = self.rules | sent | {"version": version}
+        self.publish("rules.set", "yard_1", version=version)
 
     def navigate(self, robot: str, mission: str) -> None:
         """The robot is at NAVIGATE in the mission, a second long, and half way."""

@@ -141,7 +141,7 @@ def test_leaving_the_part_lets_go(page: Page, service: FakeService) -> None:
 def test_all_of_the_workbench_is_within_reach_on_a_narrow_page(page: Page, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 900})
     opened(page, "robots")
-    for part in ("robots", "drive", "plots", "behaviour"):
+    for part in ("robots", "drive", "plots", "behaviour", "mind"):
         page.get_by_test_id(f"bench-{part}").click()
         wide = page.evaluate(
             "[...document.querySelectorAll('#middle')].map((one) => one.scrollWidth - one.clientWidth)"
@@ -236,3 +236,93 @@ def test_a_parameter_is_tuned_from_the_newest_version_or_not_at_all(page: Page, 
     panel.get_by_role("button", name="r.gain: original value").click()
     expect(panel).to_contain_text("version 4")
     assert service.tuning["tuning"] == {"NAVIGATE": {"translate/advance": {}}}
+
+
+GUARD = "AGENT guard;\nBELIEF(startup) => COMMIT(adoptBelief(on_duty));\n"
+
+
+def commitment(**fields: Any) -> dict[str, Any]:
+    return {
+        "rule": "guard:2",
+        "name": "adoptBelief(on_duty)",
+        "towards": "",
+        "bindings": {},
+        "made_s": 1.5,
+        "state": "fulfilled",
+        "reason": None,
+        "words": "",
+    } | fields
+
+
+def belief(**fields: Any) -> dict[str, Any]:
+    told = {"term": "on_duty", "value": True, "origin": "adopted", "source": "guard:2"}
+    return told | {"words": "", "since_s": 2.0} | fields
+
+
+def test_the_mind_of_a_robot_is_laid_open_and_followed(page: Page, service: FakeService) -> None:
+    service.rule({"guard": GUARD})
+    near = belief(term="close(ball)", value=False, origin="perceptor", words="is 1.7 m off ball")
+    dropped = commitment(state="dropped", reason="condition", words="its condition no longer holds")
+    agent = {
+        "name": "guard",
+        "roles": ["night_guard"],
+        "beliefs": [belief(), near],
+        "belief_count": 9,
+        "commitments": [commitment(bindings={"?who": "store_1"}), dropped],
+        "commitment_count": 2,
+    }
+    talk = {"protocol": "request", "partner": "store_1", "state": "agreed", "is_mine": False}
+    service.mind |= {"agents": [agent], "conversations": [talk | {"reply_by_s": 34.0}]}
+    opened(page, "mind")
+    shown = page.get_by_test_id("agent-guard")
+    expect(shown).to_contain_text("guard in the role night guard")
+    expect(shown).to_contain_text("the newest 2 of 9")
+    expect(shown.get_by_role("row", name="✓ on_duty")).to_contain_text("adopted, guard:2")
+    expect(shown.get_by_role("row", name="✗ close(ball)")).to_contain_text("is 1.7 m off ball")
+    expect(shown.get_by_role("row", name="fulfilled")).to_contain_text("?who = store_1")
+    expect(shown.get_by_role("row", name="dropped")).to_contain_text("its condition no longer holds")
+    expect(page.get_by_test_id("mind-conversations")).to_contain_text(
+        "agreed request with store_1, opened by store_1, an answer is awaited until 34.0 s"
+    )
+    shown.get_by_role("button", name="guard:2").first.click()
+    expect(page.get_by_test_id("rules-text")).to_be_focused()
+    expect(page.get_by_test_id("rules-caret")).to_have_text("guard:2:1")
+    service.mind = {"at_s": 13.0, "agents": [], "conversations": []}
+    expect(page.get_by_test_id("mind-agents")).to_contain_text("The robot follows no rules.")
+
+
+def test_rules_are_sent_from_the_newest_version_and_without_faults_or_not_at_all(
+    page: Page, service: FakeService
+) -> None:
+    opened(page, "mind")
+    panel = page.get_by_test_id("mind-rules")
+    send = panel.get_by_role("button", name="Send to the robot")
+    expect(panel).to_contain_text("version 0, untouched")
+    expect(send).to_be_disabled()
+    panel.get_by_label("Name of a new file").fill("guard")
+    panel.get_by_role("button", name="Add file").click()
+    text = page.get_by_test_id("rules-text")
+    expect(text).to_have_value("AGENT guard;\n")
+    text.fill(GUARD.replace("COMMIT", "COMIT"))
+    expect(panel).to_contain_text("changed here and not sent yet")
+    send.click()
+    expect(panel).to_contain_text("guard:2:21: expected COMMIT")
+    assert service.rules["version"] == 0
+    text.fill(GUARD)
+    panel.get_by_label("Comment").fill("at night")
+    send.click()
+    expect(panel).to_contain_text("version 1, pending; sent by operator, “at night”")
+    assert service.rules["files"] == {"guard": GUARD}
+    expect(send).to_be_disabled()
+    text.fill(f"{GUARD}// mine\n")
+    service.rule({"guard": f"{GUARD}// of another\n"})
+    expect(panel).to_contain_text("version 2")
+    expect(text).to_have_value(f"{GUARD}// mine\n")
+    send.click()
+    expect(panel).to_contain_text("the rules of yard_1 have changed")
+    panel.get_by_role("button", name="Read again").click()
+    expect(text).to_have_value(f"{GUARD}// of another\n")
+    panel.get_by_role("button", name="Remove file").click()
+    send.click()
+    expect(panel).to_contain_text("version 3, pending")
+    assert service.rules["files"] == {}

@@ -1,14 +1,15 @@
-// The workbench (SRA): robots and their properties, driving one by hand, plots of telemetry, the behaviour of one robot.
+// The workbench (SRA): robots and their properties, driving one by hand, plots of telemetry, the behaviour of one robot and its mind.
 
 import { el, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
 import { mountBehaviour } from "./behaviour.js";
 import { mountDrive } from "./drive.js";
+import { mountMind } from "./mind.js";
 import { mountPlots } from "./plots.js";
 import { mountTable } from "./table.js";
 
 /** @type {Record<string, (root: Element, store: Store, telemetry: Telemetry) => WorkbenchPart>} */
-const PARTS = { robots: mountTable, drive: mountDrive, plots: mountPlots, behaviour: mountBehaviour };
+const PARTS = { robots: mountTable, drive: mountDrive, plots: mountPlots, behaviour: mountBehaviour, mind: mountMind };
 
 /** @param {Element} root @param {Store} store @param {Telemetry} telemetry @returns {Workbench} */
 export function mountWorkbench(root, store, telemetry) {
