@@ -27,6 +27,8 @@ from robots.wire import MAX_TOLD, OWN, BehaviourPacket, BehaviourScript, ScriptS
 
 CHARGING = "charging"
 """The agent that takes the place of the robot's own upkeep."""
+UNSTUCK = "unstuck"
+"""The agent that takes the place of packets' own retries."""
 TIMEOUT_S = 60.0
 WAIT_TIMEOUT_S = 30.0
 """Of a packet whose rule does not say otherwise."""
@@ -102,6 +104,11 @@ class Mind:
     def charges(self) -> bool:
         """True if an agent of that name looks after the battery."""
         return any(agent.name == CHARGING for agent in self.agents)
+
+    @property
+    def frees(self) -> bool:
+        """True if an agent of that name gets the robot free when a packet is stuck."""
+        return any(agent.name == UNSTUCK for agent in self.agents)
 
     @property
     def digests(self) -> Mapping[str, str]:

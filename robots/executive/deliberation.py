@@ -22,6 +22,11 @@ class Deliberation(Protocol):
         """True if they say when the robot seeks its charger."""
         ...
 
+    @property
+    def frees(self) -> bool:
+        """True if they get the robot free when a packet is stuck."""
+        ...
+
     def cycle(self, executive: Executive, percepts: Percepts | None, now_s: float) -> None:
         """One tick. `percepts`: None during a sensor fault."""
         ...

@@ -67,6 +67,8 @@ class Executive:
         """How often packets of the script were begun again, by their ids."""
         self.news: deque[News] = deque(maxlen=NEWS)
         """What has become of packets and scripts, oldest first; for the deliberative level, which takes them."""
+        self.freed_by_rules = False
+        """Whether rules of the deliberative level free the robot when a packet of the service is stuck."""
         self.end_reason = ""
         """Why the last script ended, in words; empty if it finished."""
         self.own_reason = ""
@@ -376,11 +378,16 @@ class Executive:
         if run is None or behaviour is None or not percepts.data.holds(behaviour.needs):
             return Motion()
         self._note(ScriptState.RUNNING)
-        outcome = run.step(percepts, step_s)
+        outcome = run.step(percepts, step_s, freed_by_rules=self._is_freed_by_rules(run, percepts))
         self.responses = outcome.responses
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
         self._apply(run, outcome, percepts)
         return outcome.motion
+
+    def _is_freed_by_rules(self, run: PacketRun, percepts: Percepts) -> bool:
+        if not self.freed_by_rules or self._active_script.is_own:
+            return False
+        return why_not_now(run, self._profile, percepts, may_carry=True) is None
 
     def _step_own(self, own: OwnPackets, percepts: Percepts, step_s: float) -> Motion:
         """One tick of own packets; the script's packet goes on when they have ended."""

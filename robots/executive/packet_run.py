@@ -14,11 +14,11 @@ from robots.executive.result_taking import taken
 from robots.executive.sensing_plan import Phase
 from robots.executive.situation import describe_situation
 from robots.perception.percepts import Percepts
-from robots.perception.progress import Odometer
+from robots.perception.progress import Odometer, Progress
 from robots.physical.profile import RobotProfile
 from robots.reactive.avoidance import Filter, Velocity
 from robots.reactive.patterns import BehaviourPattern, Responses, respond
-from robots.reactive.stall import StallGuard
+from robots.reactive.stall import STUCK, StallGuard
 from robots.reactive.synthesis import DegreeOfFreedom, Motion, motion
 from robots.repertoire import BoundPacket
 from robots.repertoire.schema import TIMEOUT, TOO_FAR
@@ -60,6 +60,7 @@ class PacketRun:
         """The percepts of the last tick."""
         self._profile = profile
         self._missing: list[str] = []
+        self._freed_by_rules = False
         self._guard = StallGuard(content.goal, content.retries or 0, content.stalled_s)
         self._odometer = Odometer()
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
@@ -145,9 +146,14 @@ class PacketRun:
         self._odometer.way = self._memory.way
         self._watch = EventWatch(self.content.events, memory.raised, dict(memory.held_s))
 
-    def step(self, percepts: Percepts, step_s: float) -> Outcome:
-        """Advance by one tick. `step_s`: the time since the last one."""
+    def step(self, percepts: Percepts, step_s: float, *, freed_by_rules: bool = False) -> Outcome:
+        """Advance by one tick.
+
+        :param step_s: the time since the last one. :param freed_by_rules: rules act on the event `stuck` in place of
+            the packet's retry.
+        """
         self.perceived = percepts
+        self._freed_by_rules = freed_by_rules
         if self.state is PacketState.WAITING:
             self._memory.state = PacketState.INITIALIZING
             return Outcome(change=Change(state=self.state, detail=self._awaited_clearance()))
@@ -253,27 +259,35 @@ class PacketRun:
         return self.fail(FailureCategory.ROBOT, reason, percepts)
 
     def _move(self, percepts: Percepts, step_s: float, missing: list[Verdict]) -> Outcome:
-        profile = self._profile
         guard = self._guard
-        manoeuvre = guard.manoeuvre(percepts, step_s, profile.speed_at(percepts.pose), profile.turn_rad_s)
-        if manoeuvre is not None:
-            return Outcome(motion=manoeuvre)
+        if (manoeuvre := guard.manoeuvre(step_s, self.content.retry_s)) is not None:
+            return self._retry(percepts, manoeuvre)
         if self.content.retries is not None:
             guard.watch(percepts, step_s)
         if guard.spent:
             reason = f"made no progress after {guard.allowed} retries: the robot {in_words(missing)}"
             return self.fail(FailureCategory.ROBOT, reason, percepts)
         if guard.stalled:
-            guard.begin_manoeuvre()
-            detail = f"no progress, backs off and tries again ({guard.state.retries} of {guard.allowed})"
-            return Outcome(change=Change(state=self.state, detail=detail))
+            guard.retry(manoeuvre=not self._freed_by_rules)
+            how = "its rules free it" if self._freed_by_rules else "backs off and tries again"
+            detail = f"no progress, {how} ({guard.state.retries} of {guard.allowed})"
+            return Outcome(change=Change(state=self.state, detail=detail, events=(STUCK,)))
         return self._act(self.content.patterns, percepts)
 
-    def _act(self, patterns: tuple[BehaviourPattern, ...], percepts: Percepts) -> Outcome:
+    def _retry(self, percepts: Percepts, manoeuvre: Progress) -> Outcome:
+        """One tick of the retry, whose patterns count time from its begin; no avoidance method holds it up."""
+        progress, percepts.progress = percepts.progress, manoeuvre
+        outcome = self._act(self.content.retry, percepts, filtered=False)
+        percepts.progress = progress
+        return outcome
+
+    def _act(
+        self, patterns: tuple[BehaviourPattern, ...], percepts: Percepts, *, filtered: bool = True
+    ) -> Outcome:
         responses = respond(patterns, percepts)
         speed_m_s = min(self._profile.speed_at(percepts.pose), self.content.max_velocity_m_s)
         wanted = motion(responses.resultant, speed_m_s=speed_m_s, turn_rad_s=self._profile.turn_rad_s)
-        if self._filter is not None and self.state is PacketState.RUNNING:
+        if filtered and self._filter is not None and self.state is PacketState.RUNNING:
             limits = Velocity(speed_m_s, self._profile.turn_rad_s)
             wanted = self._filter.apply(wanted, responses.resultant, percepts, limits)
         return Outcome(motion=wanted, responses=responses)

@@ -14,7 +14,7 @@ from robots.errors import RepertoireError
 from robots.perception.percepts import NOTHING, Needs
 from robots.perception.sensing import Mode, SensorAction
 from robots.reactive.patterns import BehaviourPattern
-from robots.reactive.stall import BACKS_OFF, WATCHED
+from robots.reactive.stall import WATCHED
 from robots.repertoire import BoundPacket
 from robots.wire import BehaviourScript
 
@@ -71,7 +71,7 @@ def schedule(script: BehaviourScript, contents: Sequence[BoundPacket]) -> StateM
         waiting = REPORTED | needs_of(content.before, content.waiting)
         states[packet.id, Phase.WAIT] = BehaviourState(waiting)
         states[packet.id, Phase.ACT] = BehaviourState(acting)
-        states[packet.id, Phase.RETRY] = BehaviourState(acting | BACKS_OFF)
+        states[packet.id, Phase.RETRY] = BehaviourState(acting | needs_of(patterns=content.retry))
         states[packet.id, Phase.CAPTURE] = BehaviourState(acting | content.cameras, content.cameras)
     return states
 

@@ -16,7 +16,8 @@ class Progress:
     """Time, distance and turn since the start of the packet, and the present speed.
 
     `travelled_m` counts driving back as positive, `advanced_m` as negative; `turned_rad` is not wrapped,
-    counter-clockwise positive. `raised`: the events raised so far.
+    counter-clockwise positive. `raised`: the events raised so far. `retries`: retry manoeuvres begun so far; during
+    one, the rest counts from its begin.
     """
 
     elapsed_s: float = 0.0
@@ -26,6 +27,7 @@ class Progress:
     speed_m_s: float = 0.0
     turn_rad_s: float = 0.0
     raised: frozenset[str] = frozenset()
+    retries: int = 0
 
 
 NO_PROGRESS = Progress()

@@ -1,14 +1,17 @@
-"""Detects that a packet makes no progress, and retries: back off, turn, go on. All of it our choice."""
+"""Detects that a packet makes no progress, and counts its retries (our choice).
 
-from cmath import phase
+The manoeuvre of a retry is patterns, like all motion: the self level's (robots/repertoire/self_level.yaml), unless the
+packet states its own.
+"""
+
 from math import hypot
 from typing import NamedTuple
 
 from robots.data import Memory
-from robots.perception.percepts import LOCATING, SURROUNDINGS, Needs, Percepts
+from robots.perception.percepts import LOCATING, Needs, Percepts
+from robots.perception.progress import Progress
 from robots.physical.body import Pose
 from robots.physical.geometry import wrap
-from robots.reactive.synthesis import Motion
 
 STALLED_S = 7.0
 """A packet without progress towards its goal for this long has stalled."""
@@ -17,13 +20,10 @@ RETRIES = 4
 NEARER_M = 0.05
 MOVED_M = 0.06
 TURNED_RAD = 0.25
-BACK_OFF_S = 1.6
-TURN_S = 1.2
-REAR_GAP_M = 0.12
+STUCK = "stuck"
+"""The event of a packet that has stalled and may be retried."""
 WATCHED: Needs = LOCATING
 """The sensors that measure progress."""
-BACKS_OFF: Needs = SURROUNDINGS
-"""The sensors of the retry manoeuvre."""
 
 
 class StallMemory(Memory):
@@ -75,9 +75,10 @@ class StallGuard:
         """Account for one tick in which the patterns acted."""
         self.state.idle_s = 0.0 if self._progressed(percepts) else self.state.idle_s + step_s
 
-    def begin_manoeuvre(self) -> None:
+    def retry(self, *, manoeuvre: bool) -> None:
+        """Count a retry, and begin its manoeuvre; without one, something else frees the robot."""
         self.state.retries += 1
-        self.state.manoeuvre_s = 0.0
+        self.state.manoeuvre_s = 0.0 if manoeuvre else None
         self.state.idle_s = 0.0
         self.state.best_m = None
 
@@ -88,18 +89,13 @@ class StallGuard:
         self.state.manoeuvre_s = None
         self._mark = None
 
-    def manoeuvre(
-        self, percepts: Percepts, step_s: float, speed_m_s: float, turn_rad_s: float
-    ) -> Motion | None:
-        """The motion of the retry manoeuvre; None without one."""
+    def manoeuvre(self, step_s: float, retry_s: float) -> Progress | None:
+        """The progress of the manoeuvre, of which a tick has passed; None without one, or once it has ended."""
         if self.state.manoeuvre_s is None:
             return None
         self.state.manoeuvre_s += step_s
-        if self.state.manoeuvre_s <= BACK_OFF_S:
-            return Motion(linear_m_s=-0.4 * speed_m_s if _rear_is_free(percepts) else 0.0)
-        if self.state.manoeuvre_s <= BACK_OFF_S + TURN_S:
-            side = -1 if self.state.retries % 2 else 1  # to the right first, as robots that meet pass
-            return Motion(angular_rad_s=side * 0.5 * turn_rad_s)
+        if self.state.manoeuvre_s <= retry_s:
+            return Progress(elapsed_s=self.state.manoeuvre_s, retries=self.state.retries)
         self.state.manoeuvre_s = None
         return None
 
@@ -117,7 +113,3 @@ class StallGuard:
             self._mark = here
             return True
         return False
-
-
-def _rear_is_free(percepts: Percepts) -> bool:
-    return all(one.gap_m > REAR_GAP_M for one in percepts.obstacles if abs(phase(one.at)) > 2.0)

@@ -102,6 +102,13 @@ class Astern(Stimulus, needs=SURROUNDINGS):
         return clip(1 - min(gaps, default=self.reach_m) / self.reach_m, 0.0)
 
 
+class RetrySide(Stimulus):
+    """To which side a retry turns: -1, to the right, first, as robots that meet pass; then the other side in turn."""
+
+    def read(self, percepts: Percepts) -> float | None:
+        return -1.0 if percepts.progress.retries % 2 else 1.0
+
+
 class Alongside(Stimulus, needs=SURROUNDINGS):
     """How to turn to keep an obstacle at the side, at a gap from the hull; 1 is a quarter turn to the left.
 

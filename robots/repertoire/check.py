@@ -55,7 +55,7 @@ def _templates(spec: PacketSpec) -> Iterator[tuple[Place, list[Mapping[str, Any]
     yield from ((place, one, packet_results()) for place, one in _each("results", spec.results))
     for name, event in spec.events.items():
         yield from ((("events", *place), one, conditions) for place, one in _each(name, event))
-    for slot in ("waiting", "patterns"):
+    for slot in ("waiting", "patterns", "retry"):
         for place, one in _each(slot, getattr(spec, slot)):
             if one[0].keys() != {PATTERNS_OF}:
                 yield place, one, behaviour_patterns()

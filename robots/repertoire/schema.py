@@ -36,7 +36,8 @@ class PacketSpec(Checked):
 
     Our additions: `waiting`, patterns that act until the pre-conditions hold; `maintain`, conditions whose loss is a
     failure; `goal`, the place or thing that measures progress; `stalled_s`, how long without progress before a retry;
-    `retries`, how often (None: no progress is asked for). `long`: the content of the tag when `object` is a long one,
+    `retries`, how often (None: no progress is asked for); `retry`, the patterns that act during one, for `retry_s`,
+    without any those of the self level. `long`: the content of the tag when `object` is a long one,
     whose handles are "$object@left", "@right" and "@free". In place of a pattern may stand `patterns_of`, all patterns
     of another packet, with this packet's arguments. `results`: images and readings that it takes as it ends.
 
@@ -65,6 +66,8 @@ class PacketSpec(Checked):
     avoid: str | dict[str, Any] = PATTERNS
     goal: str | None = None
     retries: int | None = Field(default=RETRIES, ge=0)
+    retry: tuple[dict[str, Any], ...] = ()
+    retry_s: float = Field(default=0.0, ge=0, le=60)
     stalled_s: float = Field(default=STALLED_S, gt=0)
 
     @model_validator(mode="after")
@@ -94,7 +97,7 @@ class PacketSpec(Checked):
                         f"patterns of {one[PATTERNS_OF]}, which is not a packet of this repertoire"
                     )
 
-        shared = {"waiting": tuple(group(self.waiting)), "patterns": tuple(group(self.patterns))}
+        shared = {slot: tuple(group(getattr(self, slot))) for slot in ("waiting", "patterns", "retry")}
         return self.model_copy(update=shared)
 
     @property
@@ -137,6 +140,8 @@ class PacketSpec(Checked):
             max_distance_m=max_distance_m,
             goal=fill(self.goal),
             retries=self.retries,
+            retry=patterns.validate_python(fill(self.retry)),
+            retry_s=self.retry_s,
             stalled_s=self.stalled_s,
         )
 
@@ -222,6 +227,8 @@ class BoundPacket:
     max_distance_m: float = LIMITS[MAX_DISTANCE].most
     goal: str | None = None
     retries: int | None = RETRIES
+    retry: tuple[BehaviourPattern, ...] = ()
+    retry_s: float = 0.0
     stalled_s: float = STALLED_S
 
     @property

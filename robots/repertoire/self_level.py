@@ -16,7 +16,7 @@ FILE = "self_level.yaml"
 
 
 class SelfLevel(Checked):
-    """Shares of a full battery, 0 to 1, and the shared patterns.
+    """Shares of a full battery, 0 to 1, the shared patterns, and those of a retry, which lasts `retry_s` seconds.
 
     Below `low` a robot without a script seeks its charger, below `needed` it accepts no script, and below `critical` it
     gives up the one it has. The values are our choice.
@@ -26,22 +26,27 @@ class SelfLevel(Checked):
     needed: float = Field(gt=0, le=1)
     critical: float = Field(gt=0, le=1)
     patterns: tuple[dict[str, Any], ...]
+    retry: tuple[dict[str, Any], ...]
+    retry_s: float = Field(gt=0, le=60)
 
     @model_validator(mode="after")
     def _in_order(self) -> "SelfLevel":
         if not self.critical < self.needed <= self.low:
             raise ValueError("the levels must be critical < needed <= low")
-        behaviour_patterns().validate_python(self.patterns)
+        behaviour_patterns().validate_python((*self.patterns, *self.retry))
         return self
 
     def added_to(self, spec: PacketSpec) -> PacketSpec:
-        """The packet with the shared patterns of those degrees of freedom that its own patterns act on."""
+        """The packet with the shared patterns of those degrees of freedom that its own patterns act on, and a retry."""
 
         def group(patterns: Sequence[Mapping[str, Any]]) -> tuple[Mapping[str, Any], ...]:
             moved = {one["dof"] for one in patterns}
             return (*patterns, *(one for one in self.patterns if one["dof"] in moved))
 
-        return spec.model_copy(update={"waiting": group(spec.waiting), "patterns": group(spec.patterns)})
+        shared: dict[str, Any] = {"waiting": group(spec.waiting), "patterns": group(spec.patterns)}
+        if not spec.retry and spec.retries:
+            shared |= {"retry": self.retry, "retry_s": self.retry_s}
+        return spec.model_copy(update=shared)
 
 
 @cache

@@ -26,7 +26,7 @@ def tuned(spec: PacketSpec, tuning: Tuning) -> PacketSpec:
 
     :raises RepertoireError: naming packet, pattern and parameter, if one is unknown or out of its range.
     """
-    known = [_name(one) for one in (*spec.waiting, *spec.patterns)]
+    known = [_name(one) for one in (*spec.waiting, *spec.patterns, *spec.retry)]
     for name in tuning:
         if name not in known:
             choices = ", ".join(dict.fromkeys(known))
@@ -35,12 +35,14 @@ def tuned(spec: PacketSpec, tuning: Tuning) -> PacketSpec:
     def group(patterns: Sequence[Template]) -> tuple[Template, ...]:
         return tuple(_overridden(spec, one, tuning.get(_name(one), {})) for one in patterns)
 
-    return spec.model_copy(update={"waiting": group(spec.waiting), "patterns": group(spec.patterns)})
+    return spec.model_copy(
+        update={slot: group(getattr(spec, slot)) for slot in ("waiting", "patterns", "retry")}
+    )
 
 
 def parameters(spec: PacketSpec) -> dict[str, dict[str, float]]:
     """Every number of the packet's patterns, defaults included, by pattern and parameter."""
-    templates = [*spec.waiting, *spec.patterns]
+    templates = [*spec.waiting, *spec.patterns, *spec.retry]
     patterns = behaviour_patterns().validate_python([filled(one, spec.defaults()) for one in templates])
     return {f"{one.dof}/{one.name}": dict(_numbers(one)) for one in patterns}
 
