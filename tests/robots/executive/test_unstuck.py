@@ -129,4 +129,4 @@ def test_the_trace_shows_the_patterns_of_a_retry() -> None:
         for stretch in one.body.stretches
         for pattern in stretch.patterns
     }
-    assert "translate/back_off" in names
+    assert "translate/retreat" in names

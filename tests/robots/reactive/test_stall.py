@@ -67,7 +67,7 @@ def test_the_manoeuvre_backs_off_then_turns() -> None:
 
 def test_its_patterns_are_told_as_those_of_any_motion() -> None:
     shown = manoeuvre(StallGuard(goal=None))[0].shown()
-    assert shown["translate/back_off"] == pytest.approx((-0.4, 1.0))
+    assert shown["translate/retreat"] == pytest.approx((-0.4, 1.0))
     assert shown["rotate/turn_aside"] == (0.0, 0.0)
 
 

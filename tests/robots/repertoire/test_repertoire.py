@@ -58,7 +58,8 @@ def test_every_packet_that_drives_spares_a_low_battery() -> None:
 
 def test_no_packet_has_two_patterns_of_one_name_on_one_degree_of_freedom() -> None:
     for spec in REPERTOIRE.specs.values():
-        names = [(pattern.dof, pattern.name) for pattern in spec.bind({}).patterns]
+        bound = spec.bind({})
+        names = [(pattern.dof, pattern.name) for pattern in (*bound.patterns, *bound.retry)]
         assert len(names) == len(set(names)), spec.tag
 
 
