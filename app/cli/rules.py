@@ -70,6 +70,50 @@ def check(
             )
 
 
+@commands.command("try")
+def try_rules(
+    files: Annotated[
+        list[Path],
+        typer.Argument(help="Rule files of one robot; shipped ones by name.", metavar="FILE"),
+    ],
+    recording: Annotated[Path, typer.Option(help="A mission's recording, an MCAP file.", metavar="FILE")],
+    robot: Annotated[str, typer.Option(help="The robot whose record is read.")],
+    pack: PackNames = None,
+) -> None:
+    """Try rule files on a recording: print which rules would have fired, when and with which values.
+
+    Nothing is acted on: each action is taken to succeed at once, and the record goes on as it was. Touches, and beacons
+    and robots in view, are not recorded.
+    """
+    from app.recordings.robot_record import robot_record
+    from robots.deliberative.reader import read_rules
+    from robots.deliberative.rehearsal import rehearse
+    from robots.deliberative.terms import shown
+    from robots.errors import RuleError
+
+    with reported_errors():
+        try:
+            read = [read_rules(_path(file)) for file in files]
+            record = robot_record(recording, robot)
+            repertoire = packs_of(pack).repertoire()
+            rehearsal = rehearse(read, repertoire, record.instants, robot=robot, home=record.home)
+        except RuleError as error:
+            raise Invalid(str(error)) from error
+    for agent, made in rehearsal.fired:
+        bound = ", ".join(f"?{name.lstrip('?')} = {shown(value)}" for name, value in made.bindings.items())
+        does = made.name or "beliefs only"
+        typer.echo(f"{made.made_s:8.1f} s  {agent:<12}  {made.origin:<16}  {does:<16}  {bound}".rstrip())
+    for name, spec in rehearsal.unread:
+        typer.echo(
+            f"{name}:{spec.place.line}: {spec.belief} is not recorded: its rules did not fire", err=True
+        )
+    first, last = record.instants[0].percepts.time_s, record.instants[-1].percepts.time_s
+    rules_fired = f"{len(rehearsal.fired)} firing{'' if len(rehearsal.fired) == 1 else 's'}"
+    typer.echo(
+        f"{rules_fired} from {first:.1f} to {last:.1f} s, in {len(record.instants)} records of {robot}"
+    )
+
+
 def _summary(file: "RuleFile") -> str:
     counted = {"rule": file.rules, "plan": file.plans, "perceptor": file.perceptors}
     return ", ".join(f"{len(some)} {name}{'' if len(some) == 1 else 's'}" for name, some in counted.items())

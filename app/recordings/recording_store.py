@@ -86,7 +86,7 @@ class RecordingStore:
         if not parts:
             why = "none was made, or it was deleted to make room for newer ones"
             raise NotFound(f"no recording of mission {mission_id!r}: {why}", code="no-recording")
-        return chain.from_iterable(_entries(part) for part in parts)
+        return chain.from_iterable(entries_of(part) for part in parts)
 
     def merged_file(self, mission_id: str) -> IO[bytes]:
         """All parts merged into one unnamed temporary file, open at its start; the caller closes it.
@@ -135,7 +135,8 @@ class RecordingStore:
         return Recording(mission_id=folder.name, size_bytes=sum(sizes), written_at=max(times))
 
 
-def _entries(part: Path) -> Iterator[Entry]:
+def entries_of(part: Path) -> Iterator[Entry]:
+    """The entries of one file; none of a file that is no MCAP."""
     with suppress(*CUT_OFF), part.open("rb") as stream:
         yield from NonSeekingReader(stream).iter_messages(log_time_order=False)
 

@@ -128,6 +128,12 @@ def _words(data: object) -> Iterator[object]:
             yield from _words(one)
 
 
+def condition_kinds(data: object) -> Iterator[type[Condition]]:
+    """The classes of the conditions that data state, of composite conditions, too."""
+    named = {one.variant_name: one for one in Condition.__subclasses__()}
+    return (named[word] for word in _words(data) if isinstance(word, str) and word in named)
+
+
 def _variables(data: object) -> Iterator[str]:
     if isinstance(data, Mapping):
         for one in data.values():

@@ -1,0 +1,177 @@
+"""What one robot perceived during a recorded mission, as far as its telemetry says, for rules to be tried on.
+
+Recorded are pose, whiskers, samples in view, what is held, and battery; neither beacons and robots in view nor touches.
+"""
+
+import json
+from cmath import phase
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.domain.errors import Invalid, NotFound
+from app.recordings.mcap_writer import EVENTS, ROBOTS, SCRIPT, WORLD
+from app.recordings.recording_store import entries_of
+from robots.contract.known_scripts import ENDED
+from robots.deliberative.rehearsal import RecordedInstant
+from robots.perception.fusion import Perception
+from robots.perception.sensing import MutualDataStore
+from robots.physical.body import Gripper, Pose, Readings, Sensor
+from robots.physical.geometry import to_robot
+from robots.physical.profile import BeaconSpec, RobotProfile
+from robots.physical.sightings import Sighting, Sightings
+from robots.wire import OWN, Telemetry
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotRecord:
+    """:param home: the place of the robot's charger, if it has one. :param instants: at each telemetry, in order."""
+
+    home: str | None
+    instants: Sequence[RecordedInstant]
+
+
+@dataclass(slots=True)
+class _Record:
+    """What a file says of the robot."""
+
+    layout: Mapping[str, Any] = field(default_factory=dict)
+    telemetry: list[Telemetry] = field(default_factory=list)
+    tags: dict[str, str] = field(default_factory=dict)
+    raised: list[tuple[float, str, str]] = field(default_factory=list)
+    robots: set[str] = field(default_factory=set)
+
+
+def robot_record(file: Path, robot: str) -> RobotRecord:
+    """The instants at which the robot's whole telemetry was recorded.
+
+    :raises NotFound: if the file does not exist.
+    :raises Invalid: if it holds no whole telemetry of the robot; names those of which it does.
+    """
+    if not file.is_file():
+        raise NotFound(f"no recording {file}")
+    record = _read(file, robot)
+    if not record.telemetry:
+        raise Invalid(
+            f"{file} is no recording of a mission of {robot}: only its own robots' telemetry is recorded whole",
+            choices=sorted(record.robots),
+        )
+    profile = _profile(record, robot, record.telemetry[0])
+    return RobotRecord(home=profile.home, instants=list(_instants(record, profile)))
+
+
+def _read(file: Path, robot: str) -> _Record:
+    record = _Record()
+    events: list[Mapping[str, Any]] = []
+    for _, channel, message in entries_of(file):
+        if channel.message_encoding != "json":
+            continue
+        body = json.loads(message.data)
+        if channel.topic.startswith(ROBOTS) and "battery" in body:
+            name = channel.topic.removeprefix(ROBOTS)
+            record.robots.add(name)
+            if name == robot:
+                record.telemetry.append(Telemetry.model_validate(body))
+        elif channel.topic == WORLD:
+            record.layout = body.get("layout") or {}
+        elif channel.topic == SCRIPT and body.get("robot") == robot:
+            record.tags |= {one["id"]: one["tag"] for one in body.get("packets", ())}
+        elif channel.topic == EVENTS:
+            events.append(body.get("data") or {})
+    for data in events:
+        if data.get("robot") == robot and data.get("packet") in record.tags:
+            at_s = float(data.get("at_s") or 0.0)
+            record.raised += [(at_s, record.tags[data["packet"]], one) for one in data.get("events") or ()]
+    record.telemetry.sort(key=lambda one: one.at_s)
+    record.raised.sort()
+    return record
+
+
+def _instants(record: _Record, profile: RobotProfile) -> Iterator[RecordedInstant]:
+    perception = Perception(profile)
+    raised = iter(record.raised)
+    coming = next(raised, None)
+    before: Telemetry | None = None
+    for told in record.telemetry:
+        news: list[tuple[str, str]] = []
+        while coming is not None and coming[0] <= told.at_s:
+            news.append(coming[1:])
+            coming = next(raised, None)
+        percepts = perception.perceive(
+            MutualDataStore(_sensed(told)),
+            _pose(told),
+            told.at_s,
+            battery=told.battery,
+            charging=told.charging,
+        )
+        has_script = told.script_id is not None and told.script_state not in ENDED
+        yield RecordedInstant(
+            percepts=percepts,
+            raised=news,
+            packets=_new_packet(before, told),
+            scripts=_new_script(before, told),
+            has_script=has_script and not str(told.script_id).startswith(OWN),
+        )
+        before = told
+
+
+def _profile(record: _Record, robot: str, first: Telemetry) -> RobotProfile:
+    places = {
+        place["name"]: BeaconSpec(
+            x_m=place["at"][0],
+            y_m=place["at"][1],
+            approach_rad=tuple(radians(axis) for axis in place.get("approach_deg") or ()),
+        )
+        for place in record.layout.get("locations") or ()
+    }
+    homes = {one["name"]: one.get("home") for one in record.layout.get("robots") or ()}
+    others = tuple(sorted(homes.keys() - {robot}))
+    return RobotProfile(name=robot, start=_pose(first), beacons=places, others=others, home=homes.get(robot))
+
+
+def _sensed(told: Telemetry) -> dict[str, object]:
+    """The readings of the sensors that ran; a bumper that was not touched."""
+    running = set(told.sensors)
+    tags = [_sighting(told, name, at) for name, at in told.tags.items()]
+    readings = Readings(
+        time_s=told.at_s,
+        ranges_m=np.array([inf if one is None else one for one in told.ranges_m])
+        if told.ranges_m and Sensor.ULTRASONIC in running
+        else None,
+        bumper=False,
+        sightings=Sightings.of(tags) if Sensor.INFRA_RED in running else None,
+        gripper=Gripper(closed=told.holding is not None, between_jaws=told.holding),
+        capture_head_m=None,
+    )
+    return readings.by_sensor()
+
+
+def _sighting(told: Telemetry, name: str, at: tuple[float, float]) -> Sighting:
+    seen = to_robot(_pose(told), complex(*at))
+    return Sighting(identity=name, range_m=abs(seen), bearing_rad=phase(seen))
+
+
+def _pose(told: Telemetry) -> Pose:
+    return Pose(x_m=told.x_m, y_m=told.y_m, heading_rad=told.heading_rad)
+
+
+def _new_packet(before: Telemetry | None, told: Telemetry) -> Sequence[tuple[str, str]]:
+    """The packet's new state; a packet that is followed by another one has finished."""
+    if before is not None and before.packet_id == told.packet_id and before.packet_state == told.packet_state:
+        return []
+    news = []
+    is_followed = before is not None and before.packet_id != told.packet_id and told.packet_id is not None
+    if before is not None and is_followed and before.packet_tag and before.script_id == told.script_id:
+        news.append((before.packet_tag, "finished"))
+    if told.packet_tag and told.packet_state:
+        news.append((told.packet_tag, told.packet_state.value))
+    return news
+
+
+def _new_script(before: Telemetry | None, told: Telemetry) -> Sequence[str]:
+    is_new = before is None or (before.script_id, before.script_state) != (told.script_id, told.script_state)
+    return [told.script_state.value] if is_new and told.script_state in ENDED else []

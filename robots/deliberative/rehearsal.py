@@ -1,0 +1,115 @@
+"""Rules tried on what a robot has recorded: which of them would have fired, when and with which values.
+
+Nothing is acted on. Every action is taken to succeed at once, and the record goes on as it was.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from robots.deliberative.actuators import DONE, Activation, Outcome, Utterance
+from robots.deliberative.agent import Agent
+from robots.deliberative.commitments import Commitment
+from robots.deliberative.perceptors import Perceptor, condition_kinds
+from robots.deliberative.program import PerceptorSpec, RuleFile, Verb
+from robots.deliberative.rule_set import teams_of
+from robots.deliberative.terms import Term
+from robots.deliberative.vocabulary import EVENT, HAS_SCRIPT, HOME, ME, PACKET, SCRIPT
+from robots.perception.percepts import Percepts
+from robots.repertoire import Repertoire
+
+_BUSY = frozenset({Term(HAS_SCRIPT)})
+_IDLE = frozenset[Term]()
+_OF_OTHERS_IN_VIEW = ("robots.conditions.sight", "robots.conditions.long_objects")
+"""The modules of conditions that ask for beacons and robots in view."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordedInstant:
+    """What a robot perceived at a time, and what became of its packets and scripts since the last one.
+
+    :param raised: packets' tags with the events that they raised. :param packets: tags with new states.
+    :param scripts: new states. :param has_script: whether a script of the service was under way.
+    """
+
+    percepts: Percepts
+    raised: Sequence[tuple[str, str]] = ()
+    packets: Sequence[tuple[str, str]] = ()
+    scripts: Sequence[str] = ()
+    has_script: bool = False
+
+    @property
+    def events(self) -> Iterator[Term]:
+        yield from (Term(EVENT, one) for one in self.raised)
+        yield from (Term(PACKET, one) for one in self.packets)
+        yield from (Term(SCRIPT, (one,)) for one in self.scripts)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rehearsal:
+    """:param fired: each firing of a rule by its agent. :param unread: perceptors of which the record says nothing."""
+
+    fired: Sequence[tuple[str, Commitment]]
+    unread: Sequence[tuple[str, PerceptorSpec]]
+
+
+def rehearse(
+    files: Sequence[RuleFile],
+    repertoire: Repertoire,
+    instants: Iterable[RecordedInstant],
+    *,
+    robot: str,
+    home: str | None = None,
+) -> Rehearsal:
+    """Let each agent deliberate once for each instant.
+
+    :raises RuleError: naming file, line and column of each fault.
+    """
+    known = [Term(ME, (robot,)), *([Term(HOME, (home,))] if home else [])]
+    unread: list[tuple[str, PerceptorSpec]] = []
+    agents: list[Agent] = []
+    for team in teams_of(files, repertoire):
+        readable = [_readable(file, unread) for file in team]
+        agents.append(Agent(team[0].name, readable, _Pretended(), known=known))
+    fired: list[tuple[str, Commitment]] = []
+    counts = [0] * len(agents)
+    for instant in instants:
+        scripted = _BUSY if instant.has_script else _IDLE
+        for number, agent in enumerate(agents):
+            agent.cycle(instant.percepts.time_s, instant.events, instant.percepts, scripted)
+            made = [*agent.ended, *agent.commitments]
+            new = sorted((one for one in made if one.number > counts[number]), key=lambda one: one.number)
+            counts[number] += len(new)
+            fired += [(agent.name, one) for one in new]
+    return Rehearsal(
+        fired=fired, unread=[one for number, one in enumerate(unread) if one not in unread[:number]]
+    )
+
+
+def _readable(file: RuleFile, unread: list[tuple[str, PerceptorSpec]]) -> RuleFile:
+    """The file without the perceptors of which the record says nothing; those are added to `unread`."""
+    kept = []
+    for spec in file.perceptors:
+        if _is_recorded(spec):
+            kept.append(spec)
+        else:
+            unread.append((file.name, spec))
+    return replace(file, perceptors=tuple(kept))
+
+
+def _is_recorded(spec: PerceptorSpec) -> bool:
+    return not Perceptor(spec).quantities and not any(
+        kind.__module__ in _OF_OTHERS_IN_VIEW for kind in condition_kinds(spec.condition)
+    )
+
+
+class _Pretended:
+    """Actuators that do nothing."""
+
+    def activate(self, wanted: Activation) -> Outcome:
+        return DONE
+
+    def say(self, utterance: Utterance) -> Outcome:
+        return DONE
+
+    def steer(self, verb: Verb, reason: str) -> Outcome:
+        return DONE
