@@ -25,7 +25,7 @@ from robots.executive.upkeep import Upkeep
 from robots.link import Link
 from robots.perception.fusion import Perception
 from robots.perception.health import Defect, SensorHealth
-from robots.perception.percepts import Percepts
+from robots.perception.percepts import NOTHING, Percepts
 from robots.perception.sensing import Mode, SensorAction, SensoryController
 from robots.physical.body import Body
 from robots.physical.energy import SensingMeter, load_powers
@@ -191,11 +191,14 @@ class BehaviouralAgent:
         self._send_telemetry(now_s)
 
     def _beside(self) -> tuple[SensorAction, ...]:
-        """The sensor actions to run until the next tick, with those that the robot's rules need."""
+        """The sensor actions to run until the next tick, with those that its rules and questions to it need."""
         beside = self._loop.beside
-        if self._deliberation is None:
+        needed = NOTHING if self._deliberation is None else self._deliberation.needs
+        if self._society is not None:
+            needed = needed | (self._society.needs & self.profile.sensors)
+        further = needed - {action.sensor for action in beside}
+        if not further:
             return beside
-        further = self._deliberation.needs - {action.sensor for action in beside}
         return (*beside, *(SensorAction(sensor=sensor) for sensor in sorted(further)))
 
     def _sense(self, now_s: float, step_s: float) -> Percepts | None:
@@ -262,7 +265,7 @@ class BehaviouralAgent:
             self._society.step(arrived, self)
 
     def clear_by(self, script_id: str, action: str, robot: str) -> Clearing:
-        """See `robots.executive.society.Situated`, as for the next four."""
+        """See `robots.executive.society.Situated`, as for the next ones."""
         return self._executive.clear_by(script_id, action, robot)
 
     def offer(self, leg: BehaviourScript, *, promised_s: float) -> Offer | Declined:
@@ -278,6 +281,49 @@ class BehaviouralAgent:
 
     def state_of(self, script_id: str) -> ScriptState | None:
         return self._executive.state_of(script_id)
+
+    def perform(self, script: BehaviourScript) -> str | None:
+        me = self.profile.name
+        current = self._executive.script
+        if current is not None and not current.is_own:
+            return f"{me} is busy with script {current.id}"
+        if (driver := self._teleoperation.driver) is not None:
+            return f"{driver} drives {me}"
+        if self._fault:
+            return f"{me}: {self._fault}"
+        reason = self._low_battery() or self._executive.why_unable(script)
+        return reason or self._executive.accept(script)
+
+    def halt(self, prefix: str) -> str | None:
+        script = self._executive.script
+        if script is None or not script.id.startswith(prefix):
+            doing = "stands" if script is None else f"is at script {script.id}"
+            return f"{self.profile.name} {doing}: nobody has asked for that"
+        self.withdraw(script.id)
+        return None
+
+    def withdraw(self, script_id: str) -> None:
+        self._executive.withdraw_own(script_id, self._percepts, self._clock.now_s())
+
+    def why_ended(self, script_id: str) -> str:
+        return self._executive.why_ended(script_id)
+
+    @property
+    def percepts(self) -> Percepts | None:
+        return self._percepts
+
+    @property
+    def activity(self) -> tuple[str, ...]:
+        run = self._executive.current
+        state = self._executive.packet_state
+        if run is None or state is None:
+            return ()
+        return run.packet.tag, state.value, self._executive.script_id or ""
+
+    @property
+    def beliefs(self) -> tuple[str, ...]:
+        told = () if self._deliberation is None else self._deliberation.told()
+        return tuple(one.term if one.value else f"not({one.term})" for agent in told for one in agent.beliefs)
 
     def send(self, message: Message) -> None:
         self._mailbox.pass_on(message)

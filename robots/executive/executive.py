@@ -137,6 +137,13 @@ class Executive:
         """The state of one of the last scripts, or of own packets between a script's; None for one not known."""
         return self._states.of(script_id)
 
+    def why_ended(self, script_id: str) -> str:
+        """Why a script has ended, in words; empty if it has finished, or another has ended since."""
+        if self._script is None or self._script.id == script_id:
+            return self.end_reason
+        is_cancelled = self._states.of(script_id) is ScriptState.CANCELLED
+        return f"the robot took up script {self._script.id}" if is_cancelled else ""
+
     def accept(self, script: BehaviourScript) -> str | None:
         """Accept a script, or return the reason against it. The robot's own script is cancelled for it."""
         if script.robot != self._profile.name:

@@ -6,6 +6,7 @@ from typing import Protocol
 from robots.contract.memory import SocialMemory
 from robots.data import StrEnum
 from robots.executive.offer import Declined, Offer
+from robots.perception.percepts import Needs, Percepts
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,
@@ -47,6 +48,37 @@ class Situated(Protocol):
         """The state of one of the robot's last scripts; None for one that it does not know."""
         ...
 
+    def perform(self, script: BehaviourScript) -> str | None:
+        """Begin a script of the robot's own at a person's word, or return the reason against it."""
+        ...
+
+    def halt(self, prefix: str) -> str | None:
+        """End the robot's own script if its id begins so, or return why there is none to end."""
+        ...
+
+    def withdraw(self, script_id: str) -> None:
+        """End a script of the robot's own, if it has not ended."""
+        ...
+
+    def why_ended(self, script_id: str) -> str:
+        """Why one of the robot's last scripts has ended, in words; empty if it has finished or that is not known."""
+        ...
+
+    @property
+    def percepts(self) -> Percepts | None:
+        """Those of the present tick, or the last ones."""
+        ...
+
+    @property
+    def activity(self) -> tuple[str, ...]:
+        """The packet that the robot is at, its state and its script; nothing without one."""
+        ...
+
+    @property
+    def beliefs(self) -> tuple[str, ...]:
+        """What its agents believe, as in rule files, the newest last."""
+        ...
+
     def send(self, message: Message) -> None:
         """Send without guarantee that it arrives."""
         ...
@@ -61,6 +93,11 @@ class Society(Protocol):
 
     def step(self, arrived: Sequence[Message], robot: Situated) -> None:
         """Handle what others than the service have said, and say what is due. Called in each control cycle."""
+        ...
+
+    @property
+    def needs(self) -> Needs:
+        """The sensors that it needs now."""
         ...
 
     def packet_ended(self, packet: BehaviourPacket) -> None:

@@ -17,6 +17,8 @@ from robots.reactive.patterns import BehaviourPattern, Level
 from robots.reactive.stall import RETRIES, STALLED_S
 from robots.repertoire.parameters import LIMITS, MAX_DISTANCE, MAX_VELOCITY, Parameter, Value
 from robots.repertoire.wanted_result import WantedResult
+from robots.repertoire.wording import TIMEOUT as TIMEOUT_S
+from robots.repertoire.wording import Wording
 
 TOO_FAST = "toofast"
 TOO_FAR = "toofar"
@@ -44,6 +46,8 @@ class PacketSpec(Checked):
     SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a
     way-point `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of
     `robots.reactive.avoidance`, which replaces the patterns of the environment level.
+
+    `words`: how a person asks for it.
     """
 
     tag: str = Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)
@@ -69,6 +73,7 @@ class PacketSpec(Checked):
     retry: tuple[dict[str, Any], ...] = ()
     retry_s: float = Field(default=0.0, ge=0, le=60)
     stalled_s: float = Field(default=STALLED_S, gt=0)
+    words: tuple[Wording, ...] = Field(default=(), max_length=16)
 
     @model_validator(mode="after")
     def _names_its_arguments(self) -> Self:
@@ -77,6 +82,18 @@ class PacketSpec(Checked):
                 if name not in self.arguments:
                     choices = ", ".join(self.arguments) or "none"
                     raise ValueError(f"{slot}: {name} is not one of the arguments; choices: {choices}")
+        return self
+
+    @model_validator(mode="after")
+    def _words_fill_its_arguments(self) -> Self:
+        target = ("object", "x", "y") if self.target else ()
+        known = (*self.arguments, *self.optional, *target, *self.parameters, *LIMITS, TIMEOUT_S)
+        for one in self.words:
+            for name in one.fills():
+                if name not in known:
+                    raise ValueError(
+                        f"words: {name} is no argument or parameter; choices: {', '.join(sorted(known))}"
+                    )
         return self
 
     def with_patterns_of(self, packets: Mapping[str, Sequence[Mapping[str, Any]]]) -> "PacketSpec":

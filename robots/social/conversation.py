@@ -46,6 +46,8 @@ class Conversation:
         """By this side."""
         self.is_of_rules = False
         """The robot's rules hear it and speak in it."""
+        self.speaker = ""
+        """The person for whom the partner speaks; empty if it speaks for itself."""
         self.last_heard: str | None = None
         """The id of the partner's last message."""
         self._heard: set[str] = set()

@@ -9,13 +9,16 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from robots.clock import Clock
+from robots.contract.mailbox import SERVICE
 from robots.contract.memory import SocialMemory
 from robots.executive.society import Situated
+from robots.perception.percepts import Needs
 from robots.social.acquaintances import Acquaintances
 from robots.social.bidding import Bidding, Handler
 from robots.social.conversation import Conversation, Conversations, OutOfProtocol
 from robots.social.peer_clearance import PeerClearance
-from robots.social.protocols import PROTOCOLS, QUERY, InteractionProtocol, Side
+from robots.social.persons import PersonsRequests, of_person
+from robots.social.protocols import ANY, INFORM, PROTOCOLS, QUERY, InteractionProtocol, Side
 from robots.social.speech import Ending, Heard, Reply
 from robots.social.terms import ContentError, Term, parse_term
 from robots.wire import (
@@ -69,6 +72,7 @@ class SocialLevel:
         self._clearance = PeerClearance(self.say)
         self._bidding = Bidding(name, self.conversations, self._answer_later)
         self._bidding.register(self.on)
+        self._persons = PersonsRequests(name, self._answer_later, self._is_open)
         self.on(Performative.INFORM, "ended", self._clearance.heard)
         self.on(Performative.QUERY_REF, ABILITIES, self._say_abilities)
 
@@ -121,7 +125,7 @@ class SocialLevel:
         there is none.
         """
         for one in reversed(list(self.conversations)):
-            if one.partner != receiver or not one.is_of_rules:
+            if receiver != (one.speaker or one.partner) or not one.is_of_rules:
                 continue
             if one.protocol.after(one.state, one.side, performative) is None:
                 continue
@@ -133,7 +137,7 @@ class SocialLevel:
                 conversation_id=one.id,
                 reply_by_s=now_s + within_s if one.side is Side.INITIATOR else None,
             )
-            message = self._message(performative, receiver, body, now_s, one.last_heard)
+            message = self._message(performative, one.partner, body, now_s, one.last_heard)
             one.say(message)
             self._outbox.append(message)
             return True
@@ -150,6 +154,7 @@ class SocialLevel:
                 self._hear(message, message.body, robot, now_s)
         self._clearance.step(now_s)
         self._bidding.step(robot, now_s)
+        self._persons.step(robot, now_s)
         for one in self.conversations.awaited():
             again = one.step(
                 now_s, round_trip_s=self._round_trip_s, heard_s=self.acquaintances.heard_s(one.partner)
@@ -162,6 +167,10 @@ class SocialLevel:
         self._outbox = []
         for message in outbox:
             robot.send(message)
+
+    @property
+    def needs(self) -> Needs:
+        return self._persons.needs
 
     def packet_ended(self, packet: BehaviourPacket) -> None:
         self._clearance.packet_ended(packet, self._clock.now_s())
@@ -201,8 +210,8 @@ class SocialLevel:
             heard = self._understood(message, act, now_s)
             if known is None:
                 known = self._opened_by(message, act, heard)
-                handler = _confirmed if known.is_of_rules else self._handlers[heard.key]
-                reply = handler(heard, robot)
+                handler = self._handler(heard)
+                reply = _confirmed(heard, known) if handler is None else handler(heard, robot)
             else:
                 if known.has_ended:
                     return  # its time is over, or its answers have overtaken each other
@@ -212,7 +221,7 @@ class SocialLevel:
                 if (opened := self._opened.get((known.partner, known.id))) is not None:
                     self._note_answer(opened, heard)
                     return
-                answering = None if known.is_of_rules else self._handlers.get(heard.key)
+                answering = None if known.is_of_rules else self._handler(heard)
                 reply = answering(heard, robot) if answering is not None else None
         except (ContentError, OutOfProtocol) as error:
             self._not_understood(message, act, str(error), now_s)
@@ -233,6 +242,7 @@ class SocialLevel:
         return Heard(
             performative=message.performative,
             sender=message.sender,
+            person=act.speaker if of_person(act, message.sender, SERVICE) else "",
             content=content,
             message=message,
             at_s=now_s,
@@ -253,18 +263,30 @@ class SocialLevel:
             choices = ", ".join(PROTOCOLS)
             raise OutOfProtocol(f"the protocol {act.protocol!r} is not known here; choices: {choices}")
         conversation = Conversation(protocol, act.conversation_id, message.sender, message, mine=False)
-        if heard.key not in self._handlers:
+        conversation.speaker = heard.person
+        has_handler = self._handler(heard) is not None
+        if not has_handler:
             conversation.is_of_rules = self._listener(heard)
-        if heard.key not in self._handlers and not conversation.is_of_rules:
-            known = sorted(
-                word for performative, word in self._handlers if performative is message.performative
-            )
+        if not has_handler and not conversation.is_of_rules:
+            every = {**self._handlers, **(self._persons.handlers if heard.person else {})}
+            known = sorted(word for performative, word in every if performative is message.performative)
             raise OutOfProtocol(
                 f"{self.name} does not take {message.performative} of {heard.content.name!r}; it takes "
                 f"{', '.join(known) or 'nothing of that kind'}"
             )
         self.conversations.add(conversation)
         return conversation
+
+    def _handler(self, heard: Heard) -> Handler | None:
+        """Who handles it; what a person says may mean more than the same of a robot."""
+        of_persons = self._persons.handlers.get(heard.key) if heard.person else None
+        return of_persons or self._handlers.get(heard.key)
+
+    def _is_open(self, heard: Heard) -> bool:
+        act = heard.message.body
+        assert isinstance(act, SpeechAct)
+        known = self.conversations.of(act.conversation_id, heard.sender)
+        return known is not None and not known.has_ended
 
     def _answer_later(self, heard: Heard, reply: Reply) -> None:
         act = heard.message.body
@@ -316,8 +338,10 @@ class SocialLevel:
         )
 
 
-def _confirmed(heard: Heard, robot: Situated) -> Reply | None:
-    """What is answered at once to what rules hear: the confirmation of an inform; they answer the rest themselves."""
-    if heard.performative is not Performative.INFORM:
+def _confirmed(heard: Heard, conversation: Conversation) -> Reply | None:
+    """What is answered at once to what rules hear: the confirmation of an inform, and of what stands outside of FIPA's
+    protocols; they answer the rest themselves.
+    """
+    if conversation.protocol not in (INFORM, ANY):
         return None
     return Reply(performative=Performative.CONFIRM, content=heard.content)

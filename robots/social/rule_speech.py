@@ -4,25 +4,19 @@ What rules say belongs to the newest open conversation with the receiver in whic
 opens one, if a protocol is opened by its performative.
 """
 
-from collections.abc import Mapping
 from typing import Protocol
 
 from robots.deliberative.actuators import Utterance
 from robots.deliberative.terms import Term as RuleTerm
 from robots.deliberative.terms import Value, Variable, shown
 from robots.social.level import SocialLevel
-from robots.social.protocols import CONTRACT_NET, INFORM, QUERY, REQUEST, InteractionProtocol
+from robots.social.protocols import ANY, OPENED_BY
 from robots.social.speech import Heard
 from robots.social.terms import Argument, Term
 from robots.wire import MAX_CONTENT, Performative
 
 WITHIN_S = 60.0
 """How long a robot awaits the answer to what its rules say (our choice)."""
-OPENED_BY: Mapping[Performative, InteractionProtocol] = {
-    performative: protocol
-    for protocol in (INFORM, REQUEST, QUERY, CONTRACT_NET)
-    for performative in protocol.opens
-}
 
 
 class Listener(Protocol):
@@ -48,7 +42,7 @@ class RuleSpeech:
 
         def handle(heard: Heard) -> bool:
             content = as_rule_value(heard.content)
-            said = Utterance(performative=heard.performative.value, other=heard.sender, content=content)
+            said = Utterance(performative=heard.performative.value, other=heard.speaker, content=content)
             if not listener.takes(said):
                 return False
             listener.hear(said)
@@ -73,7 +67,7 @@ class RuleSpeech:
         if self._level.go_on(performative, receiver, content, within_s=WITHIN_S):
             return None
         protocol = OPENED_BY.get(performative)
-        if protocol is None:
+        if protocol is None or protocol is ANY:
             return f"{performative} answers nothing that {receiver} has said"
         self._level.say(
             performative, receiver, content, protocol=protocol, within_s=WITHIN_S, is_of_rules=True

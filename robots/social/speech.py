@@ -8,13 +8,22 @@ from robots.wire import Message, Performative
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Heard:
-    """A speech act that was understood. `at_s`: when it was heard (world's clock)."""
+    """A speech act that was understood. `at_s`: when it was heard (world's clock).
+
+    `person`: for whom the service says it; empty if the sender speaks for itself.
+    """
 
     performative: Performative
     sender: str
+    person: str = ""
     content: Term
     message: Message
     at_s: float
+
+    @property
+    def speaker(self) -> str:
+        """Who speaks: the person, or the sender."""
+        return self.person or self.sender
 
     @property
     def key(self) -> tuple[Performative, str]:

@@ -140,6 +140,30 @@ class Talker:
     def state_of(self, script_id: str) -> ScriptState | None:
         return self.executive.state_of(script_id)
 
+    def perform(self, script: BehaviourScript) -> str | None:
+        return self.executive.accept(script)
+
+    def halt(self, prefix: str) -> str | None:
+        return f"{self.name} stands"
+
+    def withdraw(self, script_id: str) -> None:
+        self.executive.withdraw_own(script_id, None, self.air.clock.now_s())
+
+    def why_ended(self, script_id: str) -> str:
+        return self.executive.why_ended(script_id)
+
+    @property
+    def percepts(self) -> Percepts | None:
+        return None
+
+    @property
+    def activity(self) -> tuple[str, ...]:
+        return ()
+
+    @property
+    def beliefs(self) -> tuple[str, ...]:
+        return ()
+
     def send(self, message: Message) -> None:
         self.air.send(message)
 

@@ -4,13 +4,17 @@ from itertools import product
 
 import pytest
 
-from robots.social.protocols import CANCELLED, NOT_UNDERSTOOD, PROTOCOLS, InteractionProtocol, Side
+from robots.social.protocols import CANCELLED, NOT_UNDERSTOOD, OPENED_BY, PROTOCOLS, InteractionProtocol, Side
 from robots.wire import Performative
 
 P = Performative
 INITIATOR, PARTICIPANT = Side.INITIATOR, Side.PARTICIPANT
 TABLES = {
     "macta-inform": {
+        ("said", PARTICIPANT, P.CONFIRM): "confirmed",
+        ("said", PARTICIPANT, P.REFUSE): "refused",
+    },
+    "macta-any": {
         ("said", PARTICIPANT, P.CONFIRM): "confirmed",
         ("said", PARTICIPANT, P.REFUSE): "refused",
     },
@@ -59,3 +63,8 @@ def test_a_protocol_allows_what_its_table_says_and_nothing_else(protocol: Intera
 
 def test_the_protocols_are_those_of_the_tables() -> None:
     assert PROTOCOLS.keys() == TABLES.keys()
+
+
+def test_every_performative_but_not_understood_opens_one_protocol() -> None:
+    assert OPENED_BY.keys() == set(P) - {P.NOT_UNDERSTOOD}
+    assert sum(len(one.opens) for one in PROTOCOLS.values()) == len(OPENED_BY)

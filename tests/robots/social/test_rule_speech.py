@@ -11,9 +11,9 @@ from robots.physical.body import Pose
 from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
 from robots.social import RuleSpeech, Term, parse_term
-from robots.social.protocols import TIMED_OUT, RequestState
+from robots.social.protocols import OPENED_BY, TIMED_OUT, RequestState
 from robots.social.rule_speech import as_content, as_rule_value
-from robots.wire import SpeechAct
+from robots.wire import Message, Performative, SpeechAct
 from tests.robots.social.talkers import Air, Talker
 
 CAPTAIN = """AGENT captain;
@@ -119,6 +119,43 @@ def test_an_inform_that_rules_take_is_confirmed_and_what_no_rule_matches_is_not_
     assert ginger.beliefs == {"told(fred, sunny)"}
     assert ("ginger", "confirm", "sunny") in said(air)
     assert [one[1] for one in said(air) if "dance" in one[2] and one[0] == "ginger"] == ["not-understood"]
+
+
+def person_says(air: Air, robot: str, performative: Performative, content: str) -> None:
+    protocol = OPENED_BY[performative].name
+    act = SpeechAct(content=content, protocol=protocol, conversation_id=f"c-{content}", speaker="ann")
+    air.send(
+        Message(
+            performative=performative,
+            sender="service",
+            receiver=robot,
+            sent_at_s=air.clock.now_s(),
+            body=act,
+        )
+    )
+
+
+def test_rules_hear_a_person_by_name_and_answer_in_the_conversation_through_the_service() -> None:
+    air, _, ginger = speakers("AGENT idle;\nBELIEF(startup) => COMMIT(adoptBelief(up));\n", KEEPER)
+    person_says(air, "ginger", Performative.REQUEST, 'cover("bay 3", -1.5)')
+    run_for(air, 15.0, ginger)
+    assert said(air)[1:] == [
+        ("ginger", "agree", 'cover("bay 3", -1.5)'),
+        ("ginger", "inform", 'covered("bay 3")'),
+    ]
+    assert {one.receiver for one in air.sent[1:]} == {"service"}
+
+
+def test_rules_may_take_any_performative_of_a_person_and_its_confirmation_says_that_they_have() -> None:
+    hearer = "AGENT hearer;\nBELIEF(message(propagate, ?who, news)) => COMMIT(adoptBelief(told(?who)));\n"
+    air, _, ginger = speakers("AGENT idle;\nBELIEF(startup) => COMMIT(adoptBelief(up));\n", hearer)
+    person_says(air, "ginger", Performative.PROPAGATE, "news")
+    person_says(air, "ginger", Performative.SUBSCRIBE, "weather")
+    run_for(air, 5.0, ginger)
+    assert ginger.beliefs == {"told(ann)"}
+    answers = [(one[1], one[2]) for one in said(air) if one[0] == "ginger"]
+    assert answers[0] == ("confirm", "news")
+    assert answers[1][0] == "not-understood"
 
 
 def test_what_cannot_be_said_fails_with_the_reason() -> None:
