@@ -18,6 +18,7 @@ from app.recordings.mcap_writer import EVENTS, ROBOTS, SCRIPT, WORLD
 from app.recordings.recording_store import entries_of
 from robots.contract.known_scripts import ENDED
 from robots.deliberative.rehearsal import RecordedInstant
+from robots.deliberative.situation import Task
 from robots.perception.fusion import Perception
 from robots.perception.sensing import MutualDataStore
 from robots.physical.body import Gripper, Pose, Readings, Sensor
@@ -41,7 +42,7 @@ class _Record:
 
     layout: Mapping[str, Any] = field(default_factory=dict)
     telemetry: list[Telemetry] = field(default_factory=list)
-    tags: dict[str, str] = field(default_factory=dict)
+    tasks: dict[str, Task] = field(default_factory=dict)
     raised: list[tuple[float, str, str]] = field(default_factory=list)
     robots: set[str] = field(default_factory=set)
 
@@ -79,13 +80,18 @@ def _read(file: Path, robot: str) -> _Record:
         elif channel.topic == WORLD:
             record.layout = body.get("layout") or {}
         elif channel.topic == SCRIPT and body.get("robot") == robot:
-            record.tags |= {one["id"]: one["tag"] for one in body.get("packets", ())}
+            record.tasks |= {
+                one["id"]: Task(tag=one["tag"], arguments=one.get("arguments") or {})
+                for one in body.get("packets", ())
+            }
         elif channel.topic == EVENTS:
             events.append(body.get("data") or {})
     for data in events:
-        if data.get("robot") == robot and data.get("packet") in record.tags:
+        if data.get("robot") == robot and data.get("packet") in record.tasks:
             at_s = float(data.get("at_s") or 0.0)
-            record.raised += [(at_s, record.tags[data["packet"]], one) for one in data.get("events") or ()]
+            record.raised += [
+                (at_s, record.tasks[data["packet"]].tag, one) for one in data.get("events") or ()
+            ]
     record.telemetry.sort(key=lambda one: one.at_s)
     record.raised.sort()
     return record
@@ -108,15 +114,21 @@ def _instants(record: _Record, profile: RobotProfile) -> Iterator[RecordedInstan
             battery=told.battery,
             charging=told.charging,
         )
-        has_script = told.script_id is not None and told.script_state not in ENDED
         yield RecordedInstant(
             percepts=percepts,
             raised=news,
             packets=_new_packet(before, told),
             scripts=_new_script(before, told),
-            has_script=has_script and not str(told.script_id).startswith(OWN),
+            task=_task(record, told),
         )
         before = told
+
+
+def _task(record: _Record, told: Telemetry) -> Task | None:
+    """The packet of the service's script; None without one."""
+    if told.script_id is None or told.script_state in ENDED or told.script_id.startswith(OWN):
+        return None
+    return record.tasks.get(told.packet_id or "", Task(tag=told.packet_tag or ""))
 
 
 def _profile(record: _Record, robot: str, first: Telemetry) -> RobotProfile:

@@ -1,5 +1,6 @@
 """One case in one seed's world, and how it ended."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from benchmarks.mishaps.cases import Case, cases
 from benchmarks.mishaps.injection import FaultInjector
 from robots.physical.body import RADIUS_M, Pose
 from robots.wire import PacketState, ScriptState
+from robots.world import WorldFile
 from robots.world.walls import clearance_m, panels_of
 from sim.trials.script_runner import ScriptRunner
 
@@ -31,13 +33,22 @@ class Outcome:
     end: Pose | None = None
 
 
+def with_rules(world: WorldFile, rules: Mapping[str, str]) -> WorldFile:
+    """The world with these rule files on all of its robots."""
+    data = world.model_dump()
+    robots = [{**robot, "rules": dict(rules)} for robot in data["robots"]]
+    return WorldFile.model_validate({**data, "robots": robots})
+
+
 class Trial:
     """One case in one seed's world."""
 
-    def __init__(self, case: Case, seed: int) -> None:
+    def __init__(self, case: Case, seed: int, rules: Mapping[str, str] | None = None) -> None:
+        """:param rules: rule files of all robots, by name; None: those of the world."""
         faults = FaultInjector()
         self._case, self._work = case, case.of()
-        self._runner = ScriptRunner(self._work.world, seed=seed, make_agent=faults.make_agent)
+        world = self._work.world if rules is None else with_rules(self._work.world, rules)
+        self._runner = ScriptRunner(world, seed=seed, make_agent=faults.make_agent)
         self._stage = Stage(
             simulation=self._runner.simulation,
             faults=faults,

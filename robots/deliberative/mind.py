@@ -14,9 +14,10 @@ from robots.deliberative.commitments import DropReason
 from robots.deliberative.program import Await, RuleFile, Verb, parts_of
 from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rule_set import read_rule_set, teams_of
+from robots.deliberative.situation import CHARGING, Task, known_of, taken_over
 from robots.deliberative.terms import Term, as_value, unify
 from robots.deliberative.told import told_agent
-from robots.deliberative.vocabulary import EVENT, HAS_SCRIPT, HOME, ME, MESSAGE, PACKET, SCRIPT
+from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, SCRIPT
 from robots.errors import RuleError
 from robots.executive.executive import Executive
 from robots.executive.mind_memory import MindMemory
@@ -25,15 +26,9 @@ from robots.physical.profile import RobotProfile
 from robots.repertoire import Repertoire
 from robots.wire import MAX_TOLD, OWN, BehaviourPacket, BehaviourScript, ScriptState, ToldAgent
 
-CHARGING = "charging"
-"""The agent that takes the place of the robot's own upkeep."""
-UNSTUCK = "unstuck"
-"""The agent that takes the place of packets' own retries."""
 TIMEOUT_S = 60.0
 WAIT_TIMEOUT_S = 30.0
 """Of a packet whose rule does not say otherwise."""
-_IDLE = frozenset[Term]()
-_BUSY = frozenset({Term(HAS_SCRIPT)})
 MAX_HEARD = 64
 """Messages in one cycle; later ones wait."""
 
@@ -64,6 +59,7 @@ class Mind:
         self._heard: list[Utterance] = []
         self._body = _Body(profile)
         self._files: tuple[RuleFile, ...] = ()
+        self._takes_over = frozenset[str]()
         self._listens_to: list[Term] = []
         self.version = 0
         """Of the rules that were sent last; 0: those that it was made with."""
@@ -97,6 +93,7 @@ class Mind:
             if agent.name in before:
                 agent.adopt(before[agent.name].lasting(), now_s)
         self.agents = agents
+        self._takes_over = taken_over([agent.name for agent in agents])
         self._files = tuple(files)
         self._listens_to = [one for file in files for one in _believed(file) if one.functor == MESSAGE]
 
@@ -106,9 +103,9 @@ class Mind:
         return any(agent.name == CHARGING for agent in self.agents)
 
     @property
-    def frees(self) -> bool:
-        """True if an agent of that name gets the robot free when a packet is stuck."""
-        return any(agent.name == UNSTUCK for agent in self.agents)
+    def takes_over(self) -> frozenset[str]:
+        """The packets' events on which its agents act in place of the packets' own retries and limits."""
+        return self._takes_over
 
     @property
     def digests(self) -> Mapping[str, str]:
@@ -170,7 +167,10 @@ class Mind:
             else:
                 events.append(Term(SCRIPT, (news.state.value,)))
         script = executive.script
-        known = _IDLE if script is None or script.is_own else _BUSY
+        run = executive.current
+        is_served = script is not None and not script.is_own and run is not None
+        task = Task(tag=run.packet.tag, arguments=run.packet.arguments) if is_served and run else None
+        known = known_of(task, percepts)
         for agent in self.agents:
             agent.cycle(now_s, events, percepts, known)
 

@@ -3,8 +3,10 @@
 Nothing is acted on. Every action is taken to succeed at once, and the record goes on as it was.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from operator import itemgetter
 
 from robots.deliberative.actuators import DONE, Activation, Outcome, Utterance
 from robots.deliberative.agent import Agent
@@ -12,13 +14,13 @@ from robots.deliberative.commitments import Commitment
 from robots.deliberative.perceptors import Perceptor, condition_kinds
 from robots.deliberative.program import PerceptorSpec, RuleFile, Verb
 from robots.deliberative.rule_set import teams_of
+from robots.deliberative.situation import Task, known_of, taken_over
 from robots.deliberative.terms import Term
-from robots.deliberative.vocabulary import EVENT, HAS_SCRIPT, HOME, ME, PACKET, SCRIPT
+from robots.deliberative.vocabulary import EVENT, HOME, ME, PACKET, SCRIPT
 from robots.perception.percepts import Percepts
+from robots.reactive.stall import for_rules
 from robots.repertoire import Repertoire
 
-_BUSY = frozenset({Term(HAS_SCRIPT)})
-_IDLE = frozenset[Term]()
 _OF_OTHERS_IN_VIEW = ("robots.conditions.sight", "robots.conditions.long_objects")
 """The modules of conditions that ask for beacons and robots in view."""
 
@@ -28,18 +30,21 @@ class RecordedInstant:
     """What a robot perceived at a time, and what became of its packets and scripts since the last one.
 
     :param raised: packets' tags with the events that they raised. :param packets: tags with new states.
-    :param scripts: new states. :param has_script: whether a script of the service was under way.
+    :param scripts: new states. :param task: the packet of the service's script that was under way.
     """
 
     percepts: Percepts
     raised: Sequence[tuple[str, str]] = ()
     packets: Sequence[tuple[str, str]] = ()
     scripts: Sequence[str] = ()
-    has_script: bool = False
+    task: Task | None = None
 
-    @property
-    def events(self) -> Iterator[Term]:
-        yield from (Term(EVENT, one) for one in self.raised)
+    def events(self, left_to_rules: Container[str]) -> Iterator[Term]:
+        """As rules that act on some of the packets' events would have heard them."""
+        for tag, raised in groupby(self.raised, key=itemgetter(0)):
+            yield from (
+                Term(EVENT, (tag, name)) for name in for_rules([one for _, one in raised], left_to_rules)
+            )
         yield from (Term(PACKET, one) for one in self.packets)
         yield from (Term(SCRIPT, (one,)) for one in self.scripts)
 
@@ -72,10 +77,12 @@ def rehearse(
         agents.append(Agent(team[0].name, readable, _Pretended(), known=known))
     fired: list[tuple[str, Commitment]] = []
     counts = [0] * len(agents)
+    left_to_rules = taken_over([agent.name for agent in agents])
     for instant in instants:
-        scripted = _BUSY if instant.has_script else _IDLE
+        known_now = known_of(instant.task, instant.percepts)
+        events = list(instant.events(left_to_rules))
         for number, agent in enumerate(agents):
-            agent.cycle(instant.percepts.time_s, instant.events, instant.percepts, scripted)
+            agent.cycle(instant.percepts.time_s, events, instant.percepts, known_now)
             made = [*agent.ended, *agent.commitments]
             new = sorted((one for one in made if one.number > counts[number]), key=lambda one: one.number)
             counts[number] += len(new)

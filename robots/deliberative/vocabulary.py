@@ -15,6 +15,9 @@ ROLE = "role"
 ME = "me"
 HOME = "home"
 HAS_SCRIPT = "has_script"
+DOING = "doing"
+GIVEN = "given"
+LAST_SEEN = "last_seen"
 
 EVENTS: Mapping[str, tuple[str, ...]] = {
     STARTUP: (),
@@ -28,8 +31,17 @@ EVENTS: Mapping[str, tuple[str, ...]] = {
 """Beliefs of one cycle, with their arguments: the robot's start, events and states of packets and scripts, messages,
 and how commitments ended, by the name of the packet, plan or action.
 """
-KNOWN: Mapping[str, tuple[str, ...]] = {ME: ("robot",), HOME: ("place",), HAS_SCRIPT: ()}
-"""What a robot knows of itself: its name, the place of its charger, and whether it has a script of the service."""
+KNOWN: Mapping[str, tuple[str, ...]] = {
+    ME: ("robot",),
+    HOME: ("place",),
+    HAS_SCRIPT: (),
+    DOING: ("tag",),
+    GIVEN: ("name", "value"),
+    LAST_SEEN: ("thing", "x", "y"),
+}
+"""What a robot knows of itself: its name, the place of its charger, whether it has a script of the service, its
+current packet and that packet's arguments, and where it last saw what they name and is out of view, metres.
+"""
 PERFORMATIVES = (
     "accept-proposal",
     "agree",

@@ -178,7 +178,7 @@ class BehaviouralAgent:
         self._speak()
         self._start_upkeep(percepts)
         if self._deliberation is not None:
-            self._executive.freed_by_rules = self._deliberation.frees
+            self._executive.left_to_rules = self._deliberation.takes_over
             self._deliberation.cycle(self._executive, percepts, now_s)
         for found in self._discoveries.new(percepts):
             self._mailbox.report(Performative.INFORM, found, now_s)

@@ -23,8 +23,8 @@ class Deliberation(Protocol):
         ...
 
     @property
-    def frees(self) -> bool:
-        """True if they get the robot free when a packet is stuck."""
+    def takes_over(self) -> frozenset[str]:
+        """The packets' events on which they act in place of the packets' own retries and limits."""
         ...
 
     def cycle(self, executive: Executive, percepts: Percepts | None, now_s: float) -> None:

@@ -8,7 +8,7 @@ from robots.conditions.facts import perceived
 from robots.contract.known_scripts import ENDED, ScriptStates
 from robots.errors import RepertoireError
 from robots.executive.memory import ExecutiveMemory, ScriptMemory
-from robots.executive.own_packets import AT_MOST_S, OwnPackets, why_not_now
+from robots.executive.own_packets import AT_MOST_S, OwnPackets, why_held, why_not_now
 from robots.executive.packet_run import Change, Outcome, PacketRun
 from robots.executive.reports import Report, cancelled_before_arrival_report, packet_report, script_report
 from robots.executive.sensing_plan import BehaviourState, StateMachine, schedule
@@ -17,6 +17,7 @@ from robots.executive.trace import Instant, Trace
 from robots.perception.percepts import GRIP, NOTHING, Percepts
 from robots.physical.profile import RobotProfile
 from robots.reactive.patterns import Responses
+from robots.reactive.stall import for_rules
 from robots.reactive.synthesis import Motion
 from robots.repertoire import Repertoire, load_self_level
 from robots.wire import (
@@ -67,8 +68,8 @@ class Executive:
         """How often packets of the script were begun again, by their ids."""
         self.news: deque[News] = deque(maxlen=NEWS)
         """What has become of packets and scripts, oldest first; for the deliberative level, which takes them."""
-        self.freed_by_rules = False
-        """Whether rules of the deliberative level free the robot when a packet of the service is stuck."""
+        self.left_to_rules = frozenset[str]()
+        """Events of the service's packets on which rules act in place of the packets' own retries and limits."""
         self.end_reason = ""
         """Why the last script ended, in words; empty if it finished."""
         self.own_reason = ""
@@ -385,16 +386,18 @@ class Executive:
         if run is None or behaviour is None or not percepts.data.holds(behaviour.needs):
             return Motion()
         self._note(ScriptState.RUNNING)
-        outcome = run.step(percepts, step_s, freed_by_rules=self._is_freed_by_rules(run, percepts))
+        outcome = run.step(percepts, step_s, left_to_rules=self._left_to_rules(run, percepts))
         self.responses = outcome.responses
         self.trace.record(Instant(percepts.time_s, run.packet.id, outcome.responses, outcome.motion))
         self._apply(run, outcome, percepts)
         return outcome.motion
 
-    def _is_freed_by_rules(self, run: PacketRun, percepts: Percepts) -> bool:
-        if not self.freed_by_rules or self._active_script.is_own:
-            return False
-        return why_not_now(run, self._profile, percepts, may_carry=True) is None
+    def _left_to_rules(self, run: PacketRun, percepts: Percepts) -> frozenset[str]:
+        if not self.left_to_rules or self._active_script.is_own:
+            return frozenset()
+        return (
+            self.left_to_rules if why_held(self._profile, percepts, may_carry=True) is None else frozenset()
+        )
 
     def _step_own(self, own: OwnPackets, percepts: Percepts, step_s: float) -> Motion:
         """One tick of own packets; the script's packet goes on when they have ended."""
@@ -429,7 +432,8 @@ class Executive:
         self._reports.extend(packet_report(self._active_script, run, run.state, percepts, now_s, detail))
 
     def _tell(self, run: PacketRun, change: Change) -> None:
-        self.news.append(News(run.packet.tag, change.state, change.events))
+        events = for_rules(change.events, self.left_to_rules)
+        self.news.append(News(run.packet.tag, change.state, events))
 
     def _stop_on_low_battery(self, percepts: Percepts) -> None:
         """Fail the script at a critical battery level, but not while the jaws move or hold a long object."""

@@ -73,6 +73,11 @@ def why_not_now(
         return f"{current.packet.tag} moves the jaws"
     if percepts is None:
         return f"{profile.name} senses nothing now"
+    return why_held(profile, percepts, may_carry=may_carry)
+
+
+def why_held(profile: RobotProfile, percepts: Percepts, *, may_carry: bool) -> str | None:
+    """Why what the robot holds must not be moved by others than the script's packets; None if it may, or is nothing."""
     held = percepts.holding if percepts.data.holds(GRIP) else percepts.last_held
     if held in profile.lengths_m:
         return f"{profile.name} holds {held} with another robot"

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from robots.conditions.composition import in_words, unmet
+from robots.conditions.own_state import Holding
+from robots.conditions.sight import InView, LiesAt
 from robots.conditions.verdict import Verdict
 from robots.errors import ResultError
 from robots.executive.events import EventWatch
@@ -18,7 +20,7 @@ from robots.perception.progress import Odometer, Progress
 from robots.physical.profile import RobotProfile
 from robots.reactive.avoidance import Filter, Velocity
 from robots.reactive.patterns import BehaviourPattern, Responses, respond
-from robots.reactive.stall import STUCK, StallGuard
+from robots.reactive.stall import MET, MISSED, STUCK, StallGuard
 from robots.reactive.synthesis import DegreeOfFreedom, Motion, motion
 from robots.repertoire import BoundPacket
 from robots.repertoire.schema import TIMEOUT, TOO_FAR
@@ -28,6 +30,11 @@ LOST_S = 1.0
 """A maintained condition may be unmet for this long before the packet is given up."""
 UNSEEN_S = 20.0
 """Likewise if it is unmet because what it asks about is out of view."""
+MISSING_S = 4.0
+"""A packet waits for so long to see what it expects where it starts, then raises the event `missing` (our choice)."""
+MISSING = "missing"
+MET_M = 2.5
+"""Another robot in view this near may be what holds up a packet: both swerve long before they touch (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +67,13 @@ class PacketRun:
         """The percepts of the last tick."""
         self._profile = profile
         self._missing: list[str] = []
-        self._freed_by_rules = False
+        self._left_to_rules = frozenset[str]()
+        self._yields = False
+        """Whether rules may act though the packet moves the jaws: it has missed what it is to grip."""
+        self._astray_s = 0.0
+        """How long what it expects has not been where it starts."""
+        self._grips = any(one.dof is DegreeOfFreedom.GRIP for one in content.patterns)
+        self._is_to_hold = self._grips and any(isinstance(one, Holding) for one in content.after)
         self._guard = StallGuard(content.goal, content.retries or 0, content.stalled_s)
         self._odometer = Odometer()
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
@@ -73,8 +86,7 @@ class PacketRun:
     @property
     def grips(self) -> bool:
         """True while it moves the jaws, which must not be interrupted."""
-        gripping = any(one.dof is DegreeOfFreedom.GRIP for one in self.content.patterns)
-        return gripping and self.state is PacketState.RUNNING
+        return self._grips and self.state is PacketState.RUNNING and not self._yields
 
     @property
     def phase(self) -> Phase:
@@ -131,6 +143,8 @@ class PacketRun:
         """Go on after other packets have moved the robot: their way and their time are not this packet's."""
         self._odometer.leave_out()
         self._guard.forget_distance()
+        self._yields = False
+        self._astray_s = 0.0
         content = self.content
         self._filter = Filter(content.avoid.begin(), content.goal) if content.avoid else None
 
@@ -146,14 +160,16 @@ class PacketRun:
         self._odometer.way = self._memory.way
         self._watch = EventWatch(self.content.events, memory.raised, dict(memory.held_s))
 
-    def step(self, percepts: Percepts, step_s: float, *, freed_by_rules: bool = False) -> Outcome:
+    def step(
+        self, percepts: Percepts, step_s: float, *, left_to_rules: frozenset[str] = frozenset()
+    ) -> Outcome:
         """Advance by one tick.
 
-        :param step_s: the time since the last one. :param freed_by_rules: rules act on the event `stuck` in place of
-            the packet's retry.
+        :param step_s: the time since the last one. :param left_to_rules: the events on which rules act in place of
+            the packet's own retries and limits.
         """
         self.perceived = percepts
-        self._freed_by_rules = freed_by_rules
+        self._left_to_rules = left_to_rules
         if self.state is PacketState.WAITING:
             self._memory.state = PacketState.INITIALIZING
             return Outcome(change=Change(state=self.state, detail=self._awaited_clearance()))
@@ -192,10 +208,23 @@ class PacketRun:
             return self.fail(category, reason, percepts)
         unseen = any(one.unseen for one in unmet_now)
         self._memory.unseen_s = self._memory.unseen_s + step_s if unseen else 0.0
-        if self._memory.unseen_s > UNSEEN_S:
+        if self._memory.unseen_s > UNSEEN_S and MISSING not in self._left_to_rules:
             reason = f"could not start for {UNSEEN_S:.0f} s for want of sight: the robot {self.waits_for}"
             return self.fail(FailureCategory.WORLD_CHANGED, reason, percepts)
-        return self._act(self.content.waiting, percepts)
+        outcome = self._act(self.content.waiting, percepts)
+        if self._notes_missing(percepts, step_s):
+            change = Change(state=self.state, detail=f"waits: the robot {self.waits_for}", events=(MISSING,))
+            return replace(outcome, change=change)
+        return outcome
+
+    def _notes_missing(self, percepts: Percepts, step_s: float) -> bool:
+        """Whether what the packet expects has just been astray for `MISSING_S`; what others bring may take its time."""
+        is_astray = not (self.packet.awaits or self._awaited_clearance()) and any(
+            isinstance(one, LiesAt | InView) and not one.check(percepts).holds for one in self.content.before
+        )
+        before_s = self._astray_s
+        self._astray_s = before_s + step_s if is_astray else 0.0
+        return before_s < MISSING_S <= self._astray_s
 
     def _awaited_clearance(self) -> str:
         uncleared = [action for action in self.packet.after if action in self._memory.uncleared]
@@ -264,15 +293,28 @@ class PacketRun:
             return self._retry(percepts, manoeuvre)
         if self.content.retries is not None:
             guard.watch(percepts, step_s)
+            if not guard.state.idle_s:
+                self._yields = False
         if guard.spent:
             reason = f"made no progress after {guard.allowed} retries: the robot {in_words(missing)}"
             return self.fail(FailureCategory.ROBOT, reason, percepts)
         if guard.stalled:
-            guard.retry(manoeuvre=not self._freed_by_rules)
-            how = "its rules free it" if self._freed_by_rules else "backs off and tries again"
+            events = (STUCK, *self._hindrance(percepts))
+            # NOTE: only if the jaws hold nothing may others move a robot that is at gripping.
+            freed_by = {MISSED} & set(events) if self._grips else set(events)
+            by_rules = bool(freed_by & self._left_to_rules)
+            self._yields = by_rules and self._grips
+            guard.retry(manoeuvre=not by_rules)
+            how = "its rules free it" if by_rules else "backs off and tries again"
             detail = f"no progress, {how} ({guard.state.retries} of {guard.allowed})"
-            return Outcome(change=Change(state=self.state, detail=detail, events=(STUCK,)))
+            return Outcome(change=Change(state=self.state, detail=detail, events=events))
         return self._act(self.content.patterns, percepts)
+
+    def _hindrance(self, percepts: Percepts) -> tuple[str, ...]:
+        """What may have stalled it, as an event."""
+        if any(abs(at) <= MET_M for _, at in percepts.robots_in_view()):
+            return (MET,)
+        return (MISSED,) if self._is_to_hold and percepts.holding is None else ()
 
     def _retry(self, percepts: Percepts, manoeuvre: Progress) -> Outcome:
         """One tick of the retry, whose patterns count time from its begin; no avoidance method holds it up."""

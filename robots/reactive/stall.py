@@ -4,6 +4,7 @@ The manoeuvre of a retry is patterns, like all motion: the self level's (robots/
 packet states its own.
 """
 
+from collections.abc import Container, Iterable
 from math import hypot
 from typing import NamedTuple
 
@@ -22,8 +23,20 @@ MOVED_M = 0.06
 TURNED_RAD = 0.25
 STUCK = "stuck"
 """The event of a packet that has stalled and may be retried."""
+MET = "met"
+"""Beside it: another robot is near."""
+MISSED = "missed"
+"""Beside it: the packet is to grip something, and the jaws hold nothing."""
+CAUSES = frozenset({MET, MISSED})
 WATCHED: Needs = LOCATING
 """The sensors that measure progress."""
+
+
+def for_rules(events: Iterable[str], left_to_rules: Container[str]) -> tuple[str, ...]:
+    """The events as rules hear them: without `stuck` where they act on its cause."""
+    named = tuple(events)
+    has_cause = any(one in CAUSES and one in left_to_rules for one in named)
+    return tuple(one for one in named if one != STUCK or not has_cause)
 
 
 class StallMemory(Memory):

@@ -112,6 +112,7 @@ class FakeBody:
         self.velocity = (0.0, 0.0)
         self.faulty: Readings | None = None
         self.stuck = False
+        self.jammed = False
         self.battery = 1.0
         self.charging = False
         self.running: frozenset[str] = ALL_SENSORS
@@ -131,6 +132,8 @@ class FakeBody:
         self.velocity = (linear_m_s, angular_rad_s)
 
     def set_gripper(self, *, closed: bool) -> None:
+        if self.jammed:
+            return
         if closed and not self.closed:
             self.held = self._between()
         elif not closed:

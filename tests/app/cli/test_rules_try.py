@@ -72,10 +72,22 @@ def test_a_script_of_the_service_and_events_of_its_packets_are_known(
     file = record(tmp_path / "one.mcap", *telemetry, events={8.2: ["stuck"], 20.0: ["stuck"]})
     lines, _ = tried(capsys, file, "unstuck", "charging")
     assert lines == [
-        "8.5 s unstuck unstuck:7 back_off",
-        "20.0 s unstuck unstuck:9 back_off",
+        "8.5 s unstuck unstuck:8 back_off ?tag = NAVIGATE",
+        "20.0 s unstuck unstuck:11 back_off ?tag = NAVIGATE",
         "2 firings from 0.0 to 29.5 s, in 60 records of yard_1",
     ]
+
+
+def test_a_stall_is_told_to_the_rules_that_act_on_its_cause(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    under_way = {"script_id": "script-1", "script_state": "running", "packet_id": "a1", "packet_tag": "DOCK"}
+    telemetry = [told(at_s / 2, **under_way, packet_state="running") for at_s in range(40)]
+    file = record(tmp_path / "one.mcap", *telemetry, events={8.2: ["stuck", "missed"]})
+    lines, _ = tried(capsys, file, "unstuck", "regrip")
+    assert [line.split()[2:4] for line in lines[:-1]] == [["regrip", "regrip:7"]]
+    lines, _ = tried(capsys, file, "unstuck")
+    assert [line.split()[2:4] for line in lines[:-1]] == [["unstuck", "unstuck:8"]]
 
 
 def test_things_in_view_are_perceived_and_what_is_not_recorded_is_named(
