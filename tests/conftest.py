@@ -7,7 +7,9 @@ import pytest
 from hypothesis import settings
 
 from robots.kernels import install
+from tests.bytecode import keep
 
+keep(Path(__file__).parents[1] / ".pytest_cache" / "bytecode")  # before most is imported
 install()  # before anything that is compiled is imported
 
 # ruff: noqa: E402
