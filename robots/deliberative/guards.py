@@ -16,13 +16,14 @@ ORDERED: Mapping[str, Callable[[Any, Any], bool]] = {
 
 
 def holds(guard: Guard, bindings: Bindings) -> bool:
-    """Whether the comparison holds. Only numbers have an order: that of anything else does not hold."""
+    """Whether the comparison holds. Numbers have an order, and names that of their characters; all else has none."""
     left = substitute(guard.left, bindings)
     right = substitute(guard.right, bindings)
     if guard.operator == "==":
         return left == right
     if guard.operator == "!=":
         return left != right
-    if isinstance(left, float | int) and isinstance(right, float | int):
+    numbers = isinstance(left, float | int) and isinstance(right, float | int)
+    if numbers or (isinstance(left, str) and isinstance(right, str)):
         return ORDERED[guard.operator](left, right)
     return False
