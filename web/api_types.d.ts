@@ -454,6 +454,21 @@ interface TeleoperationState {
   most_rad_s: number;
 }
 
+/** What one robot has heard another say, and its answer. */
+interface Speech {
+  sender: string;
+  robot: string;
+  performative: string;
+  content: string;
+  protocol: string;
+  conversation: string;
+  sent_at_s: number;
+  at_s: number;
+  attempt?: number;
+  answer: string;
+  answer_content?: string;
+}
+
 interface EventData {
   goal?: string;
   mission?: string;
@@ -466,6 +481,7 @@ interface EventData {
   reason?: string;
   detail?: string;
   events?: string[];
+  ended?: string[];
   at_s?: number;
 }
 

@@ -144,6 +144,29 @@ interface Recording {
   event(time: number): number;
 }
 
+/**
+ * Something that was said. `heard_s`: null if nobody has reported to have heard it; `attempt`: how often it was said until it
+ * was heard. Times: world's clock.
+ */
+interface Saying {
+  from: string;
+  to: string;
+  performative: string;
+  content: string;
+  protocol: string;
+  conversation: string;
+  said_s: number;
+  heard_s: number | null;
+  attempt: number;
+  isAnswered: boolean;
+}
+
+interface Conversation {
+  node: HTMLElement;
+  /** `robots`: the names that are robots'. */
+  show(sayings: Saying[], robots: Iterable<string>): void;
+}
+
 /** A part of the workbench, from when it is opened until it is closed. */
 interface WorkbenchPart {
   update(state: State): void;

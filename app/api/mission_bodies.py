@@ -168,6 +168,7 @@ class SpeechBody(BaseModel):
     conversation: str = Field(description="what belongs together")
     sent_at_s: float = Field(description="world's clock")
     at_s: float = Field(description="when it was heard, world's clock")
+    attempt: int = Field(default=1, description="how often it was said until it was heard")
     answer: Performative
     answer_content: str
 

@@ -449,7 +449,9 @@ class PacketReported(Event, type="packet.{0.state}", states=tuple(PacketState)):
 
 
 class SpeechHeard(Event, type="speech.heard"):
-    """A robot of the mission reports what another, the `sender`, has said to it, and its answer (world's clock)."""
+    """A robot of the mission reports what another, the `sender`, has said to it, and its answer (world's clock).
+    `attempt`: how often it was said until it was heard.
+    """
 
     robot: str
     sender: str
@@ -459,6 +461,7 @@ class SpeechHeard(Event, type="speech.heard"):
     conversation: str
     sent_at_s: float
     at_s: float
+    attempt: int
     answer: Performative
     answer_content: str
 

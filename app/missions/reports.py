@@ -482,7 +482,16 @@ class MissionReports:
             robot=subject.script.robot,
             **{
                 name: getattr(report, name)
-                for name in ("sender", "performative", "content", "protocol", "sent_at_s", "at_s", "answer")
+                for name in (
+                    "sender",
+                    "performative",
+                    "content",
+                    "protocol",
+                    "sent_at_s",
+                    "at_s",
+                    "attempt",
+                    "answer",
+                )
             },
             conversation=report.conversation_id,
             answer_content=report.answer_content,

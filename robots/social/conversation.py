@@ -92,6 +92,14 @@ class Conversation:
             return None
         self._said_s = now_s
         self._pause_s = max(min(2 * pause_s, LONGEST_PAUSE_S), interval_s)
+        return self.say_again()
+
+    def say_again(self) -> Message | None:
+        """What this side said last, counted as said once more."""
+        said = self.last_said
+        if said is not None and isinstance(said.body, SpeechAct):
+            body = said.body.model_copy(update={"attempt": said.body.attempt + 1})
+            self.last_said = said.model_copy(update={"body": body})
         return self.last_said
 
     def cancel(self) -> None:

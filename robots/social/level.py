@@ -201,8 +201,8 @@ class SocialLevel:
         known = self.conversations.of(act.conversation_id, message.sender)
         if known is not None and known.knows(message):
             # Whoever has opened the conversation repeats by itself; else two would repeat without end.
-            if known.last_said is not None and known.side is Side.PARTICIPANT:
-                self._outbox.append(known.last_said)
+            if known.side is Side.PARTICIPANT and (again := known.say_again()) is not None:
+                self._outbox.append(again)
             return
         if known is None and message.in_reply_to is not None:
             return  # an answer in a conversation that was before a restart, or is long over

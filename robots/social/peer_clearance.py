@@ -125,6 +125,7 @@ def _report(heard: Heard, script_id: str, answer: Reply) -> SpeechReport:
         conversation_id=body.conversation_id,
         sent_at_s=heard.message.sent_at_s,
         at_s=heard.at_s,
+        attempt=body.attempt,
         answer=answer.performative,
         answer_content=str(answer.content),
     )

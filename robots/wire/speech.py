@@ -49,6 +49,7 @@ class SpeechAct(Wire):
     `content`: a term of `language`, whose words mean what `ontology` says. `conversation_id`: what belongs together
     of one `protocol`. `reply_by_s`: the sender waits for an answer until then. `receivers`: all that it is said to, if
     there are several. `speaker`: the person on whose behalf it is said; empty if the sender speaks for itself.
+    `attempt`: counts how often the sender has said this message.
     """
 
     kind: Literal["speech_act"] = "speech_act"
@@ -60,12 +61,13 @@ class SpeechAct(Wire):
     reply_by_s: float | None = None
     receivers: tuple[str, ...] = Field(default=(), max_length=256)
     speaker: str = Field(default="", max_length=64)
+    attempt: int = Field(default=1, ge=1)
 
 
 class SpeechReport(Wire):
     """Robot to service: what another robot has said to it that concerns this script, and its answer (inform).
 
-    `sent_at_s`: by the sender's clock; `at_s`: when it was heard.
+    `sent_at_s`: by the sender's clock; `at_s`: when it was heard; `attempt`: of the copy that was heard first.
     """
 
     kind: Literal["speech_report"] = "speech_report"
@@ -77,5 +79,6 @@ class SpeechReport(Wire):
     conversation_id: str = ""
     sent_at_s: float
     at_s: float
+    attempt: int = Field(default=1, ge=1)
     answer: Performative
     answer_content: str = Field(default="", max_length=MAX_CONTENT)

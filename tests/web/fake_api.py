@@ -197,6 +197,10 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
     def mission(mission_id: str) -> Any:
         return service.missions[mission_id]
 
+    @app.get("/v1/missions/{mission_id}/conversation", dependencies=v1)
+    def conversation(mission_id: str) -> Any:
+        return items(service.said)
+
     @app.get("/v1/missions/{mission_id}/results", dependencies=v1)
     def results(mission_id: str) -> Any:
         return {"items": [one for one in service.results if one["mission_id"] == mission_id], "next": None}

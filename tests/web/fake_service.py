@@ -124,6 +124,8 @@ class FakeService:
             "comment": "",
             "decided_by": None,
         }
+        self.said: list[dict[str, Any]] = []
+        """What the robots of the mission have said."""
         self.mind: dict[str, Any] = {"at_s": 12.0, "agents": [], "conversations": []}
         self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
         self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}
@@ -331,6 +333,25 @@ class FakeService:
         self.results.append(result)
         self.missions[mission_id]["results"] = len(self.results)
         self.publish("packet.result", mission_id, result=result["id"])
+
+    def say(self, mission_id: str, sender: str, robot: str, content: str, said_s: float, **more: Any) -> None:
+        """A robot of the mission tells another something, which confirms it."""
+        told = {
+            "sender": sender,
+            "robot": robot,
+            "performative": "inform",
+            "content": content,
+            "protocol": "macta-inform",
+            "conversation": f"talk-{len(self.said) + 1}",
+            "sent_at_s": said_s,
+            "at_s": said_s + 0.2,
+            "attempt": 1,
+            "answer": "confirm",
+            "answer_content": content,
+            **more,
+        }
+        self.said.append(told)
+        self.publish("speech.heard", mission_id, **told)
 
     def replay(self, mission_id: str) -> dict[str, Any]:
         """The recording of 40 s in which yard_1 drives 4 m to the east and delivers sample_1 at half time."""

@@ -141,7 +141,7 @@ def test_leaving_the_part_lets_go(page: Page, service: FakeService) -> None:
 def test_all_of_the_workbench_is_within_reach_on_a_narrow_page(page: Page, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 900})
     opened(page, "robots")
-    for part in ("robots", "drive", "plots", "behaviour", "mind"):
+    for part in ("robots", "drive", "plots", "behaviour", "mind", "messages"):
         page.get_by_test_id(f"bench-{part}").click()
         wide = page.evaluate(
             "[...document.querySelectorAll('#middle')].map((one) => one.scrollWidth - one.clientWidth)"

@@ -19,6 +19,7 @@ def heard(mission_id: str, sent_at_s: float) -> SpeechHeard:
         conversation="c1",
         sent_at_s=sent_at_s,
         at_s=sent_at_s + 0.2,
+        attempt=2,
         answer=Performative.CONFIRM,
         answer_content="noted",
     )
@@ -36,6 +37,7 @@ def test_what_robots_have_said_is_listed_as_it_was_said_however_late_it_was_repo
     assert [one["sent_at_s"] for one in items] == [3.0, 8.0]
     assert items[0]["content"] == f"ended({mission_id}-store_2, a5)"
     assert (items[0]["sender"], items[0]["robot"], items[0]["answer"]) == ("yard_1", "store_2", "confirm")
+    assert items[0]["attempt"] == 2
 
 
 def test_there_is_no_conversation_of_a_mission_that_is_not_known(api: TestClient) -> None:

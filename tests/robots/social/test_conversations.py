@@ -129,6 +129,15 @@ def test_a_request_is_handled_once_and_answered_whatever_the_radio_does(seed: in
     assert len(handled) == 1
 
 
+def test_the_copies_of_a_message_are_counted() -> None:
+    air, fred, _ = pair(loss=1.0)
+    fred.social.say(Performative.REQUEST, "ginger", Term("wave"), protocol=REQUEST, within_s=20.0)
+    air.run_for(15.0)
+    copies = [one.body.attempt for one in air.sent if isinstance(one.body, SpeechAct)]
+    assert copies == [1, 2, 3, 4]
+    assert len({one.id for one in air.sent}) == 1
+
+
 @pytest.mark.parametrize("protocol", [REQUEST, QUERY], ids=["request", "query"])
 def test_an_answer_that_does_not_come_in_time_ends_the_conversation(protocol: InteractionProtocol) -> None:
     air, fred, _ = pair(loss=1.0)

@@ -1,4 +1,4 @@
-// The middle pane's mission: robots' progress, time against the estimate, results.
+// The middle pane's mission: robots' progress, time against the estimate, results and messages.
 
 import { id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
@@ -13,7 +13,7 @@ import { ENDED, elapsed, silences } from "./timing.js";
 export function mountMission(store, actions) {
   const container = byId("mission", HTMLElement);
   const clock = el("div", { class: "clock" });
-  const results = el("div");
+  const more = el("div");
   const problem = el("div", { role: "alert" });
   let drawn = "";
   store.subscribe((state) => {
@@ -22,19 +22,16 @@ export function mountMission(store, actions) {
     if (key !== drawn) {
       drawn = key;
       show(problem);
-      replace(container, mission ? card(mission, { clock, problem, results }, actions) : null);
+      replace(container, mission ? card(mission, { clock, problem, more }, actions) : null);
     }
-    if (mission?.results) import("./results.js").then((part) => part.showResults(results, mission));
-    else {
-      results.dataset.of = "";
-      show(results);
-    }
-    if (mission) show(clock, progress(mission, state.worldTimes[mission.world]), silenceNotes(mission, state));
+    if (!mission) return;
+    import("./more.js").then((part) => part.showMore(more, mission));
+    show(clock, progress(mission, state.worldTimes[mission.world]), silenceNotes(mission, state));
   });
 }
 
-/** @param {Mission} mission @param {{clock: Element, problem: Element, results: Element}} parts @param {Actions} actions */
-function card(mission, { clock, problem, results }, { refresh, replay }) {
+/** @param {Mission} mission @param {{clock: Element, problem: Element, more: Element}} parts @param {Actions} actions */
+function card(mission, { clock, problem, more }, { refresh, replay }) {
   const hasEnded = ENDED.includes(mission.state);
   return el(
     "article",
@@ -54,7 +51,7 @@ function card(mission, { clock, problem, results }, { refresh, replay }) {
     problem,
     clock,
     (mission.progress ?? []).map(robotProgress),
-    results,
+    more,
   );
 }
 

@@ -1,15 +1,17 @@
-// The workbench (SRA): robots and their properties, driving one by hand, plots of telemetry, the behaviour of one robot and its mind.
+// The workbench (SRA): robots and their properties, driving one by hand, plots of telemetry, the behaviour of one robot
+// and its mind, and the messages of all.
 
 import { el, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
 import { mountBehaviour } from "./behaviour.js";
 import { mountDrive } from "./drive.js";
+import { mountMessages } from "./messages.js";
 import { mountMind } from "./mind.js";
 import { mountPlots } from "./plots.js";
 import { mountTable } from "./table.js";
 
 /** @type {Record<string, (root: Element, store: Store, telemetry: Telemetry) => WorkbenchPart>} */
-const PARTS = { robots: mountTable, drive: mountDrive, plots: mountPlots, behaviour: mountBehaviour, mind: mountMind };
+const PARTS = { robots: mountTable, drive: mountDrive, plots: mountPlots, behaviour: mountBehaviour, mind: mountMind, messages: mountMessages };
 
 /** @param {Element} root @param {Store} store @param {Telemetry} telemetry @returns {Workbench} */
 export function mountWorkbench(root, store, telemetry) {

@@ -1,0 +1,63 @@
+// What is said in the world: by its newest missions' records, and live.
+
+import { id, list } from "../page/api.js";
+import { el, replace } from "../page/dom.js";
+import { newestFirst } from "../page/format.js";
+import { createConversation } from "../speech/conversation.js";
+import { sayingsOf, sayingsOfEvent } from "../speech/sayings.js";
+
+const MAX_MISSIONS = 4;
+const MAX_LIVE = 1000;
+
+/** @param {Element} root @param {Store} store @returns {WorkbenchPart} */
+export function mountMessages(root, store) {
+  const conversation = createConversation();
+  /** By mission. @type {Map<string, Saying[]>} */
+  const recorded = new Map();
+  /** @type {Saying[]} */
+  let live = [];
+  let world = store.get().world;
+  let isShown = "";
+  replace(root, el("section", { "data-testid": "bench-speech" }, conversation.node));
+
+  function draw() {
+    const { robots } = store.get();
+    const names = robots.filter((one) => one.world === world).map((one) => one.name);
+    const sayings = [...recorded.values(), live].flat();
+    const key = JSON.stringify([names, sayings.length, world, [...recorded.keys()]]);
+    if (key === isShown) return;
+    isShown = key;
+    conversation.show(sayings, names);
+  }
+
+  /** @param {string} mission */
+  async function load(mission) {
+    recorded.set(mission, []);
+    const said = await list(`/v1/missions/${id(mission)}/conversation`).catch(() => null);
+    if (said === null) recorded.delete(mission); // tried again with the next change
+    else if (recorded.has(mission)) recorded.set(mission, said.flatMap(sayingsOf));
+    draw();
+  }
+
+  return {
+    update(state) {
+      if (state.world !== world) {
+        world = state.world;
+        live = [];
+        recorded.clear();
+      }
+      for (const { id: mission } of newestFirst(state.missions.filter((one) => one.world === world)).slice(0, MAX_MISSIONS)) {
+        if (!recorded.has(mission)) load(mission);
+      }
+      draw();
+    },
+    onEvent(event) {
+      const { worldTimes, robots } = store.get();
+      const speaker = event.data?.robot;
+      if (!robots.some((one) => one.name === speaker && one.world === world)) return;
+      live = [...live, ...sayingsOfEvent(event, worldTimes[world ?? ""] ?? 0)].slice(-MAX_LIVE);
+      draw();
+    },
+    close() {},
+  };
+}
