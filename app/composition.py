@@ -38,6 +38,7 @@ from app.missions.out_of_service import OutOfService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
+from app.missions.roles import RoleService
 from app.missions.run_announcer import RunAnnouncer
 from app.missions.world_changes import WorldChanges
 from app.missions.world_set import FileChecks, WorldSet
@@ -324,6 +325,13 @@ class Service:
             is_connected=self.board.is_connected,
             perceives=self._perceives,
         )
+        self.roles = RoleService(
+            core,
+            worlds=self._files,
+            rules=self.rules,
+            changes=self.world_changes,
+            waiting=self._waiting_goals,
+        )
         self.factsheets = Factsheets(
             core,
             worlds=self._files,
@@ -482,6 +490,7 @@ class Service:
             worlds=self.worlds,
             world_set=self.world_set,
             world_changes=self.world_changes,
+            roles=self.roles,
             factsheets=self.factsheets,
             robots=self.robots,
             questions=self.questions,

@@ -345,6 +345,7 @@ interface Robot {
   battery?: number | null;
   repertoire?: string[];
   reach?: string[];
+  role?: string | null;
 }
 
 /** A response in [-1, 1] and its utility in [0, 1]. */
@@ -400,6 +401,18 @@ interface RuledRobot {
   delivery: string;
   detail: string;
   comment: string;
+  decided_by: string | null;
+}
+
+/** The role of a robot; `tags`: what it is recruited for, null: all that it can. */
+interface RobotRole {
+  version: number;
+  role: string | null;
+  tags: string[] | null;
+  home: string | null;
+  rules: string | null;
+  delivery: string;
+  detail: string;
   decided_by: string | null;
 }
 

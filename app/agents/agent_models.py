@@ -319,7 +319,8 @@ class AgentModels:
             retune = Retune(version=row.version, tuning=row.tuning)
             send(row.robot, f"{row.robot}:{TUNING}:{row.version}", Performative.REQUEST, retune)
         for rules in self._rules.pending(self._world):
-            rule_set = RuleSet(version=rules.version, files=dict(rules.files))
+            files = {**dict(rules.files), **dict(rules.role_files)}
+            rule_set = RuleSet(version=rules.version, files=files, role=rules.role)
             send(rules.robot, f"{rules.robot}:{RULES}:{rules.version}", Performative.REQUEST, rule_set)
         for script in self._open_scripts():
             if script.delivery == Delivery.PENDING and not script.stopping:

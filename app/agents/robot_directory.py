@@ -20,6 +20,7 @@ from app.domain.world_model.beliefs import LIFT_AT, STATES
 from app.domain.world_model.senses import Perceives, senses_of
 from app.store import LostRobotRow, MissionRow, OutOfServiceRow, ScriptRow, UnaskedRobotRow
 from app.store.records import lost_robots, robots_out_of_service, unasked_robots
+from app.store.roles import roles_of
 from planner import Fact
 from robots.world import Peripheral, RobotSpec, WorldFile
 
@@ -40,6 +41,7 @@ class RobotReport:
     :param next_contact_s: world seconds until contact is expected.
     :param senses: the predicates whose facts it senses.
     :param mission_id: the mission that it is reserved for.
+    :param role: that it plays; None: none.
     :param lost: set if it was declared lost.
     :param out_of_service: set if it was taken out of service.
     :param unasked: set if it does not understand status queries.
@@ -57,6 +59,7 @@ class RobotReport:
     senses: Sequence[str]
     reach: Sequence[str]
     mission_id: str | None
+    role: str | None
     lost: LostRobotRow | None
     out_of_service: OutOfServiceRow | None
     unasked: UnaskedRobotRow | None
@@ -110,6 +113,11 @@ class RobotDirectory:
             lost = self._by_robot(session, lost_robots)
             resting = self._by_robot(session, robots_out_of_service)
             unasked = self._by_robot(session, unasked_robots)
+            roles = {
+                (name, robot): role.name
+                for name, file in self._worlds.items()
+                for robot, role in roles_of(session, file).items()
+            }
             states = {
                 (name, fact.args[0]): fact
                 for name, file in self._worlds.items()
@@ -129,6 +137,7 @@ class RobotDirectory:
                             view,
                             spec,
                             missions.get(key),
+                            roles.get(key),
                             state="" if state is None else _state_words(state),
                             lost=lost.get(key),
                             out_of_service=resting.get(key),
@@ -157,6 +166,7 @@ class RobotDirectory:
         view: RobotView,
         spec: RobotSpec | Peripheral,
         mission_id: str | None,
+        role: str | None,
         *,
         state: str,
         lost: LostRobotRow | None,
@@ -179,6 +189,7 @@ class RobotDirectory:
             senses=sorted(senses_of(spec, self._perceives)) if isinstance(spec, RobotSpec) else (),
             reach=world.reached_by.get(view.name, ()),
             mission_id=mission_id,
+            role=role,
             lost=lost,
             out_of_service=out_of_service,
             unasked=unasked,

@@ -33,6 +33,7 @@ from app.api.openapi import Api
 from app.api.packs import packs_router
 from app.api.page_views import PageViews, views_router
 from app.api.recordings import MCAP, recordings_router
+from app.api.robot_rules import robot_rules_router
 from app.api.robots import robots_router
 from app.api.streams import DepartureMiddleware, streams_router
 from app.api.teleoperation import teleoperation_router
@@ -44,6 +45,7 @@ from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
+from app.missions.roles import RoleService
 from app.missions.world_changes import WorldChanges
 from app.missions.world_set import WorldSet
 from app.packs.contents import PackContents
@@ -100,6 +102,7 @@ class Services:
     questions: Questions
     tunings: TuningService
     rules: RuleService
+    roles: RoleService
     lost_robots: LostRobots
     out_of_service: OutOfService
     teleoperation: Teleoperation
@@ -136,12 +139,12 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
             service.robots,
             service.questions,
             service.tunings,
-            service.rules,
             service.lost_robots,
             service.out_of_service,
             service.factsheets,
         )
     )
+    api.include_router(robot_rules_router(service.rules, service.roles))
     api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(
         streams_router(

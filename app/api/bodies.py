@@ -398,6 +398,9 @@ class RobotBody(BaseModel):
     packet_state: str | None = None
     mission_id: str | None = None
     script_id: str | None = None
+    role: str | None = Field(
+        default=None, description="that it plays, which may limit what it is recruited for"
+    )
     lost: LostBody | None = Field(default=None, description="set if the robot was declared lost")
     out_of_service: OutOfServiceBody | None = Field(
         default=None, description="set if the robot was taken out of service"

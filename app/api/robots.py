@@ -1,4 +1,4 @@
-"""Routes of robots: their state, traces of their behaviour synthesis, the tuning of their packets, rules."""
+"""Routes of robots: their state, traces of their behaviour synthesis, the tuning of their packets."""
 
 from typing import Any
 
@@ -9,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from app.agents import Questions
 from app.agents.robot_directory import RobotDirectory, RobotReport
-from app.agents.rules import RuledRobot, RuleService
 from app.agents.tuning import TunedRobot, TuningService
 from app.api.bodies import (
     Decision,
@@ -32,7 +31,7 @@ from app.api.worlds import TAGS
 from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.out_of_service import OutOfService
-from robots.wire import MAX_RULE_FILES, TRACED_S, MindReport, PacketTunings, RuleText, TraceReport
+from robots.wire import TRACED_S, MindReport, PacketTunings, TraceReport
 
 WAITING_FOR_ROBOTS = 16
 """Requests that may wait for robots' answers at the same time; further ones queue and do not block other routes."""
@@ -43,16 +42,6 @@ class SetTuning(Request):
     """The parameters to override, by packet, pattern and parameter; the others keep the world file's values."""
 
     tuning: PacketTunings = Field(examples=[EXAMPLE])
-    comment: str = Field(default="", max_length=2000)
-
-
-class SetRules(Request):
-    """The robot's rule files, by the name of the agent or role that each defines; agents in order of rank."""
-
-    files: dict[str, RuleText] = Field(
-        max_length=MAX_RULE_FILES,
-        examples=[{"guard": "AGENT guard;\nBELIEF(startup) => COMMIT(adoptBelief(on_duty));\n"}],
-    )
     comment: str = Field(default="", max_length=2000)
 
 
@@ -84,27 +73,10 @@ class TuningBody(BaseModel):
     decided_at: str | None
 
 
-class RulesBody(BaseModel):
-    model_config = ConfigDict(from_attributes=True)
-
-    robot: str
-    world: str
-    version: int
-    files: dict[str, str] = Field(description="the text of each file, by the name of its agent or role")
-    digests: dict[str, str] = Field(description="of the files, by name")
-    followed: dict[str, str] = Field(description="digests of the files that the robot said to follow")
-    delivery: str = Field(description="untouched, pending, acknowledged or refused by the robot")
-    detail: str = Field(description="why the robot refused them")
-    comment: str
-    decided_by: str | None
-    decided_at: str | None
-
-
 def robots_router(
     robots: RobotDirectory,
     questions: Questions,
     tunings: TuningService,
-    rules: RuleService,
     lost: LostRobots,
     out_of_service: OutOfService,
     factsheets: Factsheets,
@@ -220,30 +192,7 @@ def robots_router(
         )
         return _tuning(tuned, response)
 
-    @router.get("/robots/{name}/rules")
-    def get_rules(name: Id, response: Response) -> RulesBody:
-        """The robot's rule files, and what it has answered to them."""
-        return _rules(rules.get(name), response)
-
-    @router.put("/robots/{name}/rules", responses=declared(412))
-    def set_rules(name: Id, body: SetRules, response: Response, if_match: IfMatch = None) -> RulesBody:
-        """Have the robot follow these rule files, which replace the earlier ones; none: no rules.
-
-        Faults are refused by file, line and column. With `If-Match`, only if they were not changed since (412).
-        Delivery is repeated until the robot answers, and again when its world starts again. A robot that refuses them
-        goes on to follow what it followed before.
-        """
-        ruled = rules.put(
-            name, body.files, actor=ACTOR, comment=body.comment, expected_version=version_of(if_match)
-        )
-        return _rules(ruled, response)
-
     return router
-
-
-def _rules(ruled: RuledRobot, response: Response) -> RulesBody:
-    response.headers["etag"] = etag_of(ruled.version)
-    return RulesBody.model_validate(ruled)
 
 
 def _tuning(tuned: TunedRobot, response: Response) -> TuningBody:
@@ -280,6 +229,7 @@ def _robot(report: RobotReport) -> RobotBody:
         repertoire=list(report.repertoire),
         reach=list(report.reach),
         mission_id=report.mission_id,
+        role=report.role,
         lost=None if report.lost is None else LostBody.model_validate(report.lost),
         out_of_service=None
         if report.out_of_service is None

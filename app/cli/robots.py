@@ -12,6 +12,8 @@ from app.cli.options import Broker, reported_errors
 from app.domain.errors import Invalid
 
 commands = typer.Typer(no_args_is_help=True, help="Connect robots to the service (docs/robots.md).")
+Service = Annotated[str, typer.Option(help="Address of the service.", metavar="URL")]
+LOCAL = "http://127.0.0.1:8000"
 commands.command()(enrolment.enrol)
 commands.command()(enrolment.revoke)
 commands.command()(enrolment.enrolled)
@@ -89,22 +91,51 @@ def twin(
         bool | None,
         typer.Option("--simulated/--real", help="Who speaks for it from now on (default: say who does)."),
     ] = None,
-    service: Annotated[
-        str, typer.Option(help="Address of the service.", metavar="URL")
-    ] = "http://127.0.0.1:8000",
+    service: Service = LOCAL,
 ) -> None:
     """Replace an idle robot by its simulated twin, or the twin by the robot, on a running service.
 
     The service's token is read from MACTA_TOKEN. Refused with the reason while a mission needs the robot, it holds a
     sample, or its own software is connected.
     """
-    from os import environ
-
-    from httpx2 import Client
-
+    from app.cli.service_calls import connected
     from app.cli.twin import twin as run
 
-    token = environ.get("MACTA_TOKEN", "")
-    headers = {"Authorization": f"Bearer {token}"} if token else {}
-    with reported_errors(), Client(base_url=service, headers=headers, timeout=10.0) as client:
+    with reported_errors(), connected(service) as client:
         typer.echo(run(client, robot, is_simulated=is_simulated))
+
+
+@commands.command()
+def role(
+    robot: Annotated[str, typer.Argument(help="The robot's name.", metavar="NAME")],
+    wanted: Annotated[
+        str | None,
+        typer.Argument(help="The role that it is to play (default: say what it plays).", metavar="ROLE"),
+    ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Packet that it is recruited for in this role; repeatable (default: all that it can)."
+        ),
+    ] = None,
+    home: Annotated[
+        str | None, typer.Option(help="Place where it is charged in this role (default: as it was).")
+    ] = None,
+    rules: Annotated[
+        Path | None,
+        typer.Option(
+            help="The role's rule file (default: one of its name among the robot's, or a shipped one)."
+        ),
+    ] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="End its role.")] = False,
+    service: Service = LOCAL,
+) -> None:
+    """Give a robot a role on a running service, end it, or say which it plays (docs/rules.md).
+
+    The service's token is read from MACTA_TOKEN. Refused with the reason if the role does not fit the robot.
+    """
+    from app.cli.role import role as run
+    from app.cli.service_calls import connected
+
+    with reported_errors(), connected(service) as client:
+        typer.echo(run(client, robot, wanted, tags=tag or (), home=home, rules=rules, clear=clear))

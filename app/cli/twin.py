@@ -1,12 +1,13 @@
 """`macta robot twin`: a robot and its simulated twin take turns, on a running service."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from app.cli.service_calls import answer_of
 from app.domain.errors import Invalid
 
 if TYPE_CHECKING:
-    from httpx2 import Client, Response
+    from httpx2 import Client
 
 
 def twin(service: "Client", robot: str, *, is_simulated: bool | None) -> str:
@@ -15,20 +16,20 @@ def twin(service: "Client", robot: str, *, is_simulated: bool | None) -> str:
     :param is_simulated: None: only say who speaks for it now.
     :raises Invalid: if the service refuses, with its reason.
     """
-    known = _answer(service, "GET", f"/v1/robots/{quote(robot, safe='')}")
+    known = answer_of(service, "GET", f"/v1/robots/{quote(robot, safe='')}")
     path = f"/v1/worlds/{quote(known['world'], safe='')}"
     now = _speaker(service, path, robot)
     if is_simulated is None or is_simulated == now:
         return _words(robot, now, verb="is")
     edit = {"edit": "change_robot", "name": robot, "external": not is_simulated}
     reason = "replaced by its simulated twin" if is_simulated else "takes the place of its simulated twin"
-    _answer(service, "POST", f"{path}/changes", {"edits": [edit], "reason": reason})
+    answer_of(service, "POST", f"{path}/changes", {"edits": [edit], "reason": reason})
     return _words(robot, _speaker(service, path, robot), verb="is now")
 
 
 def _speaker(service: "Client", path: str, robot: str) -> bool:
     """True if the robot is simulated now."""
-    robots = _answer(service, "GET", path)["layout"]["robots"]
+    robots = answer_of(service, "GET", path)["layout"]["robots"]
     spec = next((one for one in robots if one["name"] == robot), None)
     if spec is None:
         raise Invalid(f"{robot} is no robot; doors, hatches and lifts have no twin")
@@ -39,26 +40,3 @@ def _words(robot: str, is_simulated: bool, *, verb: str) -> str:
     if is_simulated:
         return f"{robot} {verb} simulated"
     return f"{robot} {verb} real: software of its own speaks for it"
-
-
-def _answer(service: "Client", verb: str, path: str, body: object = None) -> Any:
-    from httpx2 import HTTPError
-
-    try:
-        response = service.request(verb, path, json=body)
-    except HTTPError as error:
-        raise Invalid(f"no service answers at {service.base_url}: {error}; state --service") from error
-    if response.status_code == 401:
-        raise Invalid(f"{service.base_url} does not know the token; set MACTA_TOKEN to the service's token")
-    if response.is_error:
-        raise Invalid(_refusal(response))
-    return response.json()
-
-
-def _refusal(response: "Response") -> str:
-    try:
-        problem = response.json()
-    except ValueError:
-        return f"{response.request.url} answers {response.status_code}, which is no answer of Macta"
-    detail = problem.get("detail") or problem.get("title") or str(response.status_code)
-    return str(detail).removeprefix("edits.0: ")

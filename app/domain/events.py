@@ -759,6 +759,32 @@ class RulesRefused(Event, type="rules.refused"):
     followed: Mapping[str, str]
 
 
+class RoleSet(Event, type="role.set"):
+    """An operator has given the robot a role: what it is recruited for (null: all that it can), the home that the role
+    brings, and the version of the rules by which the robot is told.
+    """
+
+    world: str
+    actor: str
+    comment: str
+    version: int
+    role: str
+    tags: tuple[str, ...] | None
+    home: str | None
+    rules_version: int
+
+
+class RoleCleared(Event, type="role.cleared"):
+    """An operator has ended the robot's role; the version of the rules by which the robot is told."""
+
+    world: str
+    actor: str
+    comment: str
+    version: int
+    role: str
+    rules_version: int
+
+
 class UpkeepReported(Event, type="upkeep.{0.state}", states=tuple(PacketState)):
     """The robot has reported a packet of its own upkeep, such as recharging (world's clock)."""
 

@@ -42,6 +42,7 @@ from app.store import (
     MissionRow,
     OutOfServiceRow,
     PlanRow,
+    RoleRow,
     RulesRow,
     ScriptRow,
     TuningRow,
@@ -347,7 +348,7 @@ class WorldChanges:
             except RobotError as error:
                 raise Invalid(f"edits.{index}: tuning: {error}", code="unfit-tuning") from error
             try:
-                self._checks.rules(edit.robot.rules if isinstance(edit, AddRobot) else {})
+                self._checks.rules(edit.robot.rule_files if isinstance(edit, AddRobot) else {})
             except RobotError as error:
                 raise Invalid(f"edits.{index}: rules: {error}", code="unfit-rules") from error
 
@@ -455,7 +456,7 @@ def _forget_gone(session: Session, world: WorldFile) -> None:
     """Drop what is recorded of samples and robots that the world no longer has."""
     here = {one.name for one in world.agents} | {one.name for one in world.samples}
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
-    for table in (LostRobotRow, OutOfServiceRow, TuningRow, RulesRow):
+    for table in (LostRobotRow, OutOfServiceRow, TuningRow, RulesRow, RoleRow):
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
     session.execute(
         delete(FactsheetRow).where(

@@ -32,6 +32,7 @@ from app.store import (
     LostRobotRow,
     MissionRow,
     OutOfServiceRow,
+    RoleRow,
     RulesRow,
     ScriptRow,
     TuningRow,
@@ -387,7 +388,16 @@ def _listed(ids: Sequence[str]) -> str:
 
 def _forget_robots(session: Session, world: str) -> None:
     """Drop what is recorded of the robots' and samples' present state, and the world's lease."""
-    for table in (UnknownRow, LostRobotRow, OutOfServiceRow, TuningRow, RulesRow, FactsheetRow, LeaseRow):
+    for table in (
+        UnknownRow,
+        LostRobotRow,
+        OutOfServiceRow,
+        TuningRow,
+        RulesRow,
+        RoleRow,
+        FactsheetRow,
+        LeaseRow,
+    ):
         session.execute(delete(table).where(table.world == world))
 
 

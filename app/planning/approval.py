@@ -36,6 +36,7 @@ from app.planning.requests import PlanningRequests
 from app.store import GoalRow, MissionRow, NumberRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.records import lost_robots, page, robots_out_of_service
+from app.store.roles import withheld_tags
 from app.store.standing_holds import standing_holds
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
@@ -347,6 +348,10 @@ class Staleness:
         for row in robots_out_of_service(session, world):
             if row.robot in net.robots:
                 yield f"{row.robot} was taken out of service: {row.reason}"
+        limited = withheld_tags(session, self._worlds[world]) if world in self._worlds else {}
+        for robot, tag in sorted({(one, action.tag) for action in net.actions for one in action.agents}):
+            if robot in limited and tag in limited[robot][1]:
+                yield f"{robot} plays {limited[robot][0].name} now, which is not recruited for {tag}"
 
     def _held(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
         filled = filled_by(net.actions)

@@ -88,6 +88,7 @@ class Explanations:
             problem=current.problem,
             knowledge_base=self._knowledge_base,
             request=self._limits.request(wish),
+            withheld=current.roles,
         )
         return work, current.is_current
 

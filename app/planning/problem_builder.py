@@ -1,7 +1,7 @@
 """Builds a goal's current planning problem: beliefs, reservations, holds, learned durations, priority and deadline."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sqlalchemy import or_, select
@@ -15,6 +15,7 @@ from app.domain.goal_language.check import blocking, check_request
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
 from app.domain.goal_language.stated_holds import held_places
 from app.domain.goal_language.terms import GoalTerms
+from app.domain.goal_language.words import joined
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
 from app.domain.world_model import (
@@ -27,6 +28,7 @@ from app.domain.world_model import (
     spot_of,
     union_of,
 )
+from app.domain.world_model.beliefs import CAN
 from app.domain.world_model.numbers import BATTERY
 from app.domain.world_model.senses import Perceives
 from app.domain.world_model.vocabulary import planner_fact
@@ -36,11 +38,12 @@ from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
 from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
+from app.store.roles import withheld_tags
 from app.store.standing_holds import standing_holds
 from planner import Fact, Numbers, PlanNet, PlanningProblem, scale_term
 from robots.clock import Clock
 from robots.wire import SymbolicFact
-from robots.world import WorldFile
+from robots.world import RoleSpec, WorldFile
 
 Points = Callable[[str], Mapping[str, tuple[float, float]]]
 """By world, the last reported position of each robot, (x, y) in metres; default: the start in the world's file."""
@@ -57,6 +60,7 @@ class GoalProblem:
     :param factors: factors on durations, by action and team size.
     :param constraints: on its plans, with the places that holds keep empty.
     :param releases: the world's count of releases when the problem was built.
+    :param roles: what robots can but are not recruited for by their roles, with why not, in words.
     """
 
     problem: PlanningProblem
@@ -66,6 +70,7 @@ class GoalProblem:
     world_version: int
     releases: int
     constraints: AppliedConstraints = NOTHING_WITHHELD
+    roles: Mapping[Fact, str] = field(default_factory=dict)
 
     def without(self, robots: Collection[str]) -> "GoalProblem":
         """The same problem without these robots, which are not waited for either."""
@@ -78,6 +83,7 @@ class CurrentProblem:
 
     :param is_current: the plan is open to decision and its conditions hold. The problem then leaves out what other
         missions have reserved; otherwise reservations are ignored.
+    :param roles: what robots can but are not recruited for by their roles, with why not, in words.
     """
 
     goal: GoalRow
@@ -85,6 +91,7 @@ class CurrentProblem:
     problem: PlanningProblem
     is_current: bool
     world_version: int
+    roles: Mapping[Fact, str] = field(default_factory=dict)
 
 
 class ProblemBuilder:
@@ -159,11 +166,19 @@ class ProblemBuilder:
             **self._unavailable(goal.world),
             **withdrawn_robot_reasons(session, goal.world),
         }
+        limited = withheld_tags(session, world)
+        roles = {
+            Fact(CAN, (robot, tag)): f"{robot} plays {role.name}, which is not recruited for {tag}"
+            for robot, (role, tags) in limited.items()
+            for tag in tags
+        }
         factors = factors_of(learned_durations(session, goal.world))
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
         permitted = within.applied_to(facts)
-        able = frozenset(fact for fact in permitted if not is_ability(fact, of=unavailable))
+        able = frozenset(
+            fact for fact in permitted if not is_ability(fact, of=unavailable) and fact not in roles
+        )
         problem = planning_problem(
             world,
             able,
@@ -181,7 +196,8 @@ class ProblemBuilder:
             withheld=Withheld(
                 whole=replace(problem, facts=_with_releases(applied, reserved).applied_to(facts)),
                 missions={str(one): one.reservation for one in held if is_known},
-                robots=unavailable if is_known else {},
+                robots={**_as_roles(limited), **unavailable} if is_known else {},
+                tags={robot: tags for robot, (_, tags) in limited.items() if robot not in unavailable},
                 holds={str(hold): hold.places for hold in holds} if is_known else {},
             ),
             refusal="; ".join(issue.detail for issue in issues),
@@ -189,6 +205,7 @@ class ProblemBuilder:
             world_version=self._facts.version(session, goal.world),
             releases=session.get_one(WorldRow, goal.world).releases,
             constraints=within,
+            roles=roles,
         )
 
     def current(self, session: Session, plan: PlanRow) -> CurrentProblem:
@@ -208,6 +225,7 @@ class ProblemBuilder:
             problem=built.problem if is_current else built.withheld.whole,
             is_current=is_current,
             world_version=built.world_version,
+            roles=built.roles if is_current else {},
         )
 
     def _resting(self, numbers: Numbers) -> Mapping[str, str]:
@@ -225,6 +243,14 @@ class ProblemBuilder:
             return replace(problem, priorities=priorities)
         left_s = goal.deadline_at_s - self._clocks[goal.world].now_s()
         return replace(problem, priorities=priorities, deadlines_s=dict.fromkeys(problem.goals, left_s))
+
+
+def _as_roles(limited: Mapping[str, tuple[RoleSpec, frozenset[str]]]) -> Mapping[str, str]:
+    """The robots that are not recruited for all that they can, each with why, in words."""
+    return {
+        robot: f"which plays {role.name} and is not recruited for {joined(sorted(tags), last='and')}"
+        for robot, (role, tags) in limited.items()
+    }
 
 
 def _begun_s(session: Session, goal: GoalRow) -> float | None:

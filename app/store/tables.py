@@ -494,6 +494,9 @@ class TuningRow(Base):
 class RulesRow(Base):
     """The rule files of a robot's deliberative level, as pairs of name and text in order of rank, the state of their
     `delivery`, and the digests of the files that the robot said to follow.
+
+    `role`: that is sent with them, empty if none; `role_files`: what it adds to the files; `played`: the role that the
+    robot said to play.
     """
 
     __tablename__ = "rules"
@@ -502,6 +505,9 @@ class RulesRow(Base):
     version: Mapped[int]
     files: Mapped[list[Any]] = mapped_column(default=list)
     followed: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    role: Mapped[str] = mapped_column(default="")
+    role_files: Mapped[list[Any]] = mapped_column(default=list)
+    played: Mapped[str] = mapped_column(default="")
     delivery: Mapped[str] = mapped_column(default="pending")
     detail: Mapped[str] = mapped_column(default="")
     comment: Mapped[str] = mapped_column(default="")
@@ -517,6 +523,38 @@ class RulesRow(Base):
         self.comment = comment
         self.decided_by = actor
         self.decided_at = utc_now()
+
+    def play(self, role: str, files: Mapping[str, str]) -> None:
+        """Send this role with the files as a new version, to be delivered.
+
+        :param files: that the role adds.
+        """
+        self.version += 1
+        self.role = role
+        self.role_files = [list(one) for one in files.items()]
+        self.delivery = "pending"
+        self.detail = ""
+
+
+class RoleRow(Base):
+    """The role that operators have given a robot; an empty `role`: none, though the world's file may state one.
+
+    `tags`: what it is recruited for, None: all that it can; `home`: that the role brings, None: it brings none;
+    `former_home`: the robot's before; `rules`: the text of the role's rule file, if one was given.
+    """
+
+    __tablename__ = "roles"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    version: Mapped[int]
+    role: Mapped[str]
+    tags: Mapped[list[Any] | None] = mapped_column(JSON(none_as_null=True))
+    home: Mapped[str | None]
+    former_home: Mapped[str | None]
+    rules: Mapped[str | None]
+    comment: Mapped[str]
+    decided_by: Mapped[str | None]
+    decided_at: Mapped[str | None]
 
 
 class MessageRow(Base):

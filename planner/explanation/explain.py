@@ -12,6 +12,8 @@ from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import CausalLink, PlanNet
 from planner.problem.interface import UNOBSERVED, Observer, PlanningEngine, PlanningProblem, PlanningRequest
 
+NOTHING: Mapping[Fact, str] = {}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ActionExplanation:
@@ -54,11 +56,14 @@ def explain(
     engine: PlanningEngine | None,
     request: PlanningRequest | None = None,
     observer: Observer = UNOBSERVED,
+    *,
+    withheld: Mapping[Fact, str] = NOTHING,
 ) -> Explanation:
     """Why the plan-net is as it is.
 
     :param problem: the plan-net's.
     :param engine: solves the problem again without each robot, to find what that costs; None: not explained.
+    :param withheld: facts that the problem leaves out though they hold, each with why, in words.
     :param request: for these trials; its time limit is for all of them together.
     """
     names = {action.id: f"{action.id} {action.tag}" for action in plan_net.actions}
@@ -77,7 +82,8 @@ def explain(
                 chain=purpose[action.id].chain,
                 because=tuple(chain_in_words(purpose[action.id], names, knowledge_base)),
                 robots={
-                    robot: why_this_robot(action, robot, rivals, tried.get(robot)) for robot in action.agents
+                    robot: why_this_robot(action, robot, rivals, tried.get(robot), withheld)
+                    for robot in action.agents
                 },
                 order=tuple(order[action.id]),
                 after=tuple(one.before for one in plan_net.orderings if one.after == action.id),

@@ -137,17 +137,25 @@ class Rivals:
                 yield fact
 
 
-def why_this_robot(action: PlanNetAction, robot: str, rivals: Rivals, trial: str | None) -> str:
-    """In words, what keeps the other robots from the action in this robot's place, and what one of them costs."""
+def why_this_robot(
+    action: PlanNetAction, robot: str, rivals: Rivals, trial: str | None, withheld: Mapping[Fact, str]
+) -> str:
+    """In words, what keeps the other robots from the action in this robot's place, and what one of them costs.
+
+    :param withheld: facts that do not count though they hold, each with why, in words.
+    """
     obstacles: dict[str, Fact] = {}
     able: list[str] = []
+    kept: list[str] = []
     for other in naturally_sorted(set(rivals.statics.robots) - set(action.agents)):
         fact = rivals.obstacle(other, action, robot)
         if fact is None:
             able.append(other)
+        elif fact in withheld:
+            kept.append(withheld[fact])
         else:
             obstacles[other] = fact
-    reasons = list(_kept_away(obstacles, rivals.knowledge_base, alone=not able))
+    reasons = [*kept, *_kept_away(obstacles, rivals.knowledge_base, alone=not able and not kept)]
     if able and trial is not None:
         reasons.insert(0, trial)
     elif able:

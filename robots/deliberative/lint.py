@@ -41,7 +41,7 @@ from robots.deliberative.terms import (
     unify,
     variables_in,
 )
-from robots.deliberative.vocabulary import EVENTS, KNOWN, PERFORMATIVES, ROLE, form
+from robots.deliberative.vocabulary import ASSIGNED, EVENTS, KNOWN, PERFORMATIVES, ROLE, form
 from robots.errors import RuleError
 from robots.repertoire import PacketSpec, Repertoire
 from robots.repertoire.parameters import LIMITS
@@ -79,10 +79,9 @@ class _Brought:
         steps = [step for file in files for step in _steps(file)]
         adopted = [step.term for step in steps if isinstance(step, Adopt)]
         initial = [literal.term for file in files for literal in file.initial]
-        roles = [Term(ROLE, (file.name,)) for file in files if file.is_role]
-        given = [form(name, arguments) for name, arguments in {**EVENTS, **KNOWN}.items()]
+        given = [form(name, arguments) for name, arguments in {**EVENTS, **KNOWN, **ASSIGNED}.items()]
         both = [*self.perceived, *(opposite(one) for one in self.perceived)]
-        self._all = [_marked(one) for one in (*both, *adopted, *initial, *roles, *given)]
+        self._all = [_marked(one) for one in (*both, *adopted, *initial, *given)]
         self.names = sorted({f"{one.functor}/{len(one.args)}" for one in self._all if one.functor != NOT})
 
     def may_hold(self, term: Term) -> bool:

@@ -17,7 +17,7 @@ from robots.deliberative.rule_set import read_rule_set, teams_of
 from robots.deliberative.situation import CHARGING, Task, known_of, taken_over
 from robots.deliberative.terms import Term, as_value, unify
 from robots.deliberative.told import told_agent
-from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, SCRIPT
+from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, ROLE, SCRIPT
 from robots.errors import RuleError
 from robots.executive.executive import Executive
 from robots.executive.mind_memory import MindMemory
@@ -44,12 +44,14 @@ class Mind:
         *,
         speak: Speak | None = None,
         competence: Mapping[str, frozenset[str]] | None = None,
+        role: str = "",
         now_s: float = 0.0,
     ) -> None:
         """
         :param files: of agents, in order of rank, and of roles that any of them may take.
         :param speak: sends what they say; None: nobody hears them.
         :param competence: the actuators that an agent may use, by its name; an agent that is left out may use all.
+        :param role: that the robot plays; empty: none.
         :raises RuleError: naming what cannot be used, and why.
         """
         self._profile = profile
@@ -63,23 +65,25 @@ class Mind:
         self._listens_to: list[Term] = []
         self.version = 0
         """Of the rules that were sent last; 0: those that it was made with."""
+        self.role = ""
         self.agents: list[Agent] = []
-        self.load(files, now_s)
+        self.load(files, now_s, role)
 
     @property
     def needs(self) -> Needs:
         """The sensors that the rules need now."""
         return NOTHING.union(*(agent.needs for agent in self.agents))
 
-    def load(self, files: Sequence[RuleFile], now_s: float) -> None:
+    def load(self, files: Sequence[RuleFile], now_s: float, role: str = "") -> None:
         """Use these rules from the next cycle on. Agents of the same name keep what they have adopted as beliefs.
 
+        :param role: that every agent believes the robot to play; empty: none.
         :raises RuleError: naming what cannot be used; then nothing changes.
         """
         teams = teams_of(files, self._repertoire)
         for team in teams:
             self._check_competence(team)
-        agents = [self._agent(team, rank, now_s) for rank, team in enumerate(teams)]
+        agents = [self._agent(team, rank, now_s, role) for rank, team in enumerate(teams)]
         missing = NOTHING.union(*(agent.all_needs for agent in agents)) - self._profile.sensors
         if missing:
             names = ", ".join(file.name for file in files)
@@ -94,6 +98,7 @@ class Mind:
                 agent.adopt(before[agent.name].lasting(), now_s)
         self.agents = agents
         self._takes_over = taken_over([agent.name for agent in agents])
+        self.role = role
         self._files = tuple(files)
         self._listens_to = [one for file in files for one in _believed(file) if one.functor == MESSAGE]
 
@@ -116,26 +121,27 @@ class Mind:
         """What its agents believe and are committed to, in order of rank."""
         return tuple(told_agent(agent, MAX_TOLD // len(self.agents)) for agent in self.agents)
 
-    def follow(self, files: Mapping[str, str], version: int, now_s: float) -> str | None:
-        """Follow these rule files, or return the reason against them; then the present ones stay in use."""
+    def follow(self, files: Mapping[str, str], version: int, now_s: float, role: str = "") -> str | None:
+        """Follow these rule files in this role, or return the reason against them; then the present ones stay."""
         try:
-            self.load(read_rule_set(files), now_s)
+            self.load(read_rule_set(files), now_s, role)
         except RuleError as error:
             return str(error)
         self.version = version
         return None
 
     def memory(self) -> MindMemory:
-        """The rule files, and what the agents have adopted."""
+        """The rule files, the role, and what the agents have adopted."""
         return MindMemory(
             version=self.version,
             files={file.name: file.text for file in self._files},
+            role=self.role,
             beliefs={agent.name: tuple(map(str, agent.lasting())) for agent in self.agents},
         )
 
     def recall(self, memory: MindMemory, now_s: float) -> None:
         """Restore it. Rules that the robot can no longer follow are left out."""
-        if self.follow(memory.files, memory.version, now_s) is not None:
+        if self.follow(memory.files, memory.version, now_s, memory.role) is not None:
             return
         for agent in self.agents:
             for text in memory.beliefs.get(agent.name, ()):
@@ -174,10 +180,12 @@ class Mind:
         for agent in self.agents:
             agent.cycle(now_s, events, percepts, known)
 
-    def _agent(self, team: Sequence[RuleFile], rank: int, now_s: float) -> Agent:
+    def _agent(self, team: Sequence[RuleFile], rank: int, now_s: float, role: str) -> Agent:
         known = [Term(ME, (self._profile.name,))]
         if self._profile.home is not None:
             known.append(Term(HOME, (self._profile.home,)))
+        if role:
+            known.append(Term(ROLE, (role,)))
         actuators = _AgentActuators(self._body, rank, self._speak)
         return Agent(team[0].name, team, actuators, known=known, now_s=now_s)
 

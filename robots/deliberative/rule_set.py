@@ -39,5 +39,7 @@ def teams_of(files: Sequence[RuleFile], repertoire: Repertoire) -> list[tuple[Ru
     for team in teams or ([tuple(roles)] if roles else []):
         check(team, repertoire)
     if roles and not teams:
-        raise RuleError(f"{roles[0].origin}: a role needs the file of an agent beside it")
+        raise RuleError(
+            f"{roles[0].origin}: a role needs the file of an agent beside it, such as duty, which ships"
+        )
     return teams

@@ -42,6 +42,8 @@ KNOWN: Mapping[str, tuple[str, ...]] = {
 """What a robot knows of itself: its name, the place of its charger, whether it has a script of the service, its
 current packet and that packet's arguments, and where it last saw what they name and is out of view, metres.
 """
+ASSIGNED: Mapping[str, tuple[str, ...]] = {ROLE: ("name",)}
+"""What an operator may have a robot believe, and its own rules may adopt, too."""
 PERFORMATIVES = (
     "accept-proposal",
     "agree",

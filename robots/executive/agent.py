@@ -411,12 +411,14 @@ class BehaviouralAgent:
         mind = self._deliberation
         reason: str | None = f"{self.profile.name} has no deliberative level"
         digests: dict[str, str] = {}
+        role = ""
         if mind is not None:
             is_new = wanted.version >= mind.version
-            reason = mind.follow(wanted.files, wanted.version, now_s) if is_new else None
+            reason = mind.follow(wanted.files, wanted.version, now_s, wanted.role) if is_new else None
             digests = dict(mind.digests)
+            role = mind.role
         performative = Performative.AGREE if reason is None else Performative.REFUSE
-        report = RulesReport(version=wanted.version, reason=reason or "", digests=digests)
+        report = RulesReport(version=wanted.version, reason=reason or "", digests=digests, role=role)
         self._mailbox.answer(message, performative, report, now_s)
 
     def _mind(self, now_s: float) -> MindReport:

@@ -41,12 +41,17 @@ class Deliberation(Protocol):
         """Of the rule files in use, by name."""
         ...
 
+    @property
+    def role(self) -> str:
+        """What the robot plays; empty: no role."""
+        ...
+
     def told(self) -> tuple[ToldAgent, ...]:
         """What its agents believe and are committed to, in order of rank."""
         ...
 
-    def follow(self, files: Mapping[str, str], version: int, now_s: float) -> str | None:
-        """Follow these rule files, or return the reason against them; then the present ones stay in use."""
+    def follow(self, files: Mapping[str, str], version: int, now_s: float, role: str = "") -> str | None:
+        """Follow these rule files in this role, or return the reason against them; then the present ones stay."""
         ...
 
     def memory(self) -> MindMemory:

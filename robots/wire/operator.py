@@ -80,24 +80,28 @@ class RuleSet(Wire):
     """Service to robot: follow these rule files from now on (request).
 
     They replace those sent before; none: no rules. `files`: the text of each by the name of its agent or role, agents
-    in order of rank. `version` counts up.
+    in order of rank. `version` counts up. `role`: what the robot plays, believed by each agent as `role(NAME)`; empty:
+    no role.
     """
 
     kind: Literal["rule_set"] = "rule_set"
     version: int = Field(ge=0)
     files: dict[str, RuleText] = Field(default_factory=dict, max_length=MAX_RULE_FILES)
+    role: str = Field(default="", max_length=64)
 
 
 class RulesReport(Wire):
     """Robot to service: the rules of that version are followed (agree), or refused for a reason (refuse).
 
-    `digests`: of the files that are followed now, by name, so that each side knows which text the other means.
+    `digests`: of the files that are followed now, by name, so that each side knows which text the other means. `role`:
+    what it plays now; empty: no role.
     """
 
     kind: Literal["rules_report"] = "rules_report"
     version: int
     reason: str = ""
     digests: dict[str, str] = Field(default_factory=dict)
+    role: str = Field(default="", max_length=64)
 
 
 class TraceQuery(Wire):

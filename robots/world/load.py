@@ -100,8 +100,8 @@ def read_world(
         except RobotError as error:
             raise _invalid(origin, [f"robots.{robot.name}.tuning: {error}"]) from error
         try:
-            if robot.rules and check_rules is not None:
-                check_rules(robot.rules)
+            if robot.rule_files and check_rules is not None:
+                check_rules(robot.rule_files)
         except RobotError as error:
             raise _invalid(origin, [f"robots.{robot.name}.rules: {error}"]) from error
     return world
@@ -114,6 +114,12 @@ def _invalid(origin: str, faults: Iterable[str]) -> WorldFileError:
 def _unknown_tags(world: WorldFile, tags: Collection[str], text: str) -> Iterator[str]:
     choices = ", ".join(sorted(tags)) or "none"
     for robot in world.robots:
+        role = robot.role
+        for index, tag in enumerate((role.tags or ()) if role is not None else ()):
+            if tag not in robot.repertoire:
+                slot = ("robots", robot.name, "role", "tags", str(index))
+                own = ", ".join(robot.repertoire)
+                yield place_in(text, slot, f"{robot.name} has no packet {tag!r}; its packets: {own}")
         for index, tag in enumerate(robot.repertoire):
             if tag not in tags:
                 where = ("robots", robot.name, "repertoire", str(index))

@@ -6,7 +6,7 @@ from east.
 
 from collections.abc import Iterable
 from math import hypot
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
@@ -106,6 +106,18 @@ class Location(Checked):
     berth_pitch_m: float | None = Field(default=None, ge=NARROWEST_PITCH_M)
 
 
+class RoleSpec(Checked):
+    """What a robot is for: the role that its rules believe it to play, and what it is recruited for.
+
+    `tags`: the packets of its repertoire that plans may use it for; left out: all. `rules`: the text of the role's rule
+    file (docs/rules.md); left out: that of its name among the robot's `rules`, if there is one.
+    """
+
+    name: Name
+    tags: tuple[Tag, ...] | None = Field(default=None, max_length=256)
+    rules: RuleText | None = None
+
+
 class RobotSpec(Checked):
     """A robot of the team: start is x, y in metres and heading in degrees; `body` is a kind, or one with its measures.
 
@@ -120,6 +132,7 @@ class RobotSpec(Checked):
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `rules`: the rule files that it starts with, the text of each by the name of its agent or role, in order of rank
     (docs/rules.md). A world file lists shipped ones by name, and others as paths relative to it.
+    `role`: its role, or only the role's name.
     `link`: its radio, with the world's `link` as default for each value.
     `external`: software of its own speaks for it on the link; it is not simulated.
     """
@@ -144,8 +157,23 @@ class RobotSpec(Checked):
     speaks: tuple[Name, ...] | None = Field(default=None, max_length=16)
     tuning: Tuning = Field(default_factory=dict)
     rules: dict[str, RuleText] = Field(default_factory=dict, max_length=MAX_RULE_FILES)
+    role: RoleSpec | None = None
     link: LinkSpec | None = None
     external: bool = False
+
+    @property
+    def rule_files(self) -> dict[str, str]:
+        """Its rules with its role's."""
+        role = self.role
+        return {
+            **self.rules,
+            **({role.name: role.rules} if role is not None and role.rules is not None else {}),
+        }
+
+    @field_validator("role", mode="before")
+    @classmethod
+    def _names_its_role(cls, role: Any) -> Any:
+        return {"name": role} if isinstance(role, str) else role
 
     @model_validator(mode="after")
     def _wheels_are_fast_enough(self) -> Self:

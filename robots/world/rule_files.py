@@ -16,7 +16,9 @@ def shipped_rules() -> dict[str, Path]:
 
 
 def put_in_rules(data: dict[str, Any], text: str, folder: Path | None) -> list[str]:
-    """Replace the names in robots' `rules` by the texts of the files; what cannot be read, each with its place.
+    """Replace the names in robots' `rules`, and in their roles', by the texts of the files.
+
+    Returns what cannot be read, each with its place.
 
     :param data: of a world file. :param text: what it was read from.
     :param folder: what paths are relative to; None: there is none, so paths are faults.
@@ -24,6 +26,13 @@ def put_in_rules(data: dict[str, Any], text: str, folder: Path | None) -> list[s
     faults = []
     robots = data.get("robots")
     for index, robot in enumerate(robots if isinstance(robots, list) else ()):
+        role = robot.get("role") if isinstance(robot, dict) else None
+        named = role.get("rules") if isinstance(role, dict) else None
+        if isinstance(role, dict) and isinstance(named, str) and len(named.split()) == 1:
+            try:
+                role["rules"] = _file(named, folder).read_text(encoding="utf-8")
+            except (OSError, ValueError) as error:
+                faults.append(place_in(text, ("robots", str(index), "role", "rules"), f"{named}: {error}"))
         names = robot.get("rules") if isinstance(robot, dict) else None
         if not isinstance(names, list) or not all(isinstance(one, str) for one in names):
             continue

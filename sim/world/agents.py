@@ -71,7 +71,13 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
     )
     speech = None if society is None else RuleSpeech(society)
     packets = (repertoire or load_repertoire()).tuned(spec.tuning)
-    mind = Mind(profile, packets, read_rule_set(spec.rules), speak=None if speech is None else speech.speak)
+    mind = Mind(
+        profile,
+        packets,
+        read_rule_set(spec.rule_files),
+        speak=None if speech is None else speech.speak,
+        role="" if spec.role is None else spec.role.name,
+    )
     if speech is not None:
         speech.listen(mind)
     return BehaviouralAgent(

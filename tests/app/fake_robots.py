@@ -260,9 +260,11 @@ class FakeTeam:
         if mind is None:
             unknown = NotUnderstood(reason="unknown kind rule_set")
             return self._message(name, Performative.NOT_UNDERSTOOD, unknown, message.id)
-        reason = mind.follow(wanted.files, wanted.version, self.clock.now_s())
+        reason = mind.follow(wanted.files, wanted.version, self.clock.now_s(), wanted.role)
         performative = Performative.AGREE if reason is None else Performative.REFUSE
-        report = RulesReport(version=wanted.version, reason=reason or "", digests=dict(mind.digests))
+        report = RulesReport(
+            version=wanted.version, reason=reason or "", digests=dict(mind.digests), role=mind.role
+        )
         return self._message(name, performative, report, message.id)
 
     def _told(self, message: Message, mind: Mind | None) -> Message:

@@ -275,6 +275,23 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
         service.rule(body["files"], body["comment"])
         return service.rules
 
+    @app.get("/v1/robots/{name}/role", dependencies=v1)
+    def role(name: str) -> Any:
+        return service.role
+
+    @app.put("/v1/robots/{name}/role", dependencies=v1)
+    def give_role(name: str, body: dict[str, Any], request: Request) -> Any:
+        if request.headers["if-match"] != f'"{service.role["version"]}"':
+            problem = {"title": "Role changed", "status": 412, "detail": "the role of yard_1 has changed"}
+            return JSONResponse(problem, 412, media_type="application/problem+json")
+        service.play(**body)
+        return service.role
+
+    @app.delete("/v1/robots/{name}/role", dependencies=v1)
+    def end_role(name: str) -> Any:
+        service.play(None)
+        return service.role
+
     @app.get("/v1/robots/{name}/mind", dependencies=v1)
     def mind(name: str) -> Any:
         return service.mind

@@ -126,6 +126,16 @@ class FakeService:
         }
         self.said: list[dict[str, Any]] = []
         """What the robots of the mission have said."""
+        self.role: dict[str, Any] = {
+            "version": 0,
+            "role": None,
+            "tags": None,
+            "home": None,
+            "rules": None,
+            "delivery": "untouched",
+            "detail": "",
+            "decided_by": None,
+        }
         self.mind: dict[str, Any] = {"at_s": 12.0, "agents": [], "conversations": []}
         self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
         self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}
@@ -412,6 +422,13 @@ class FakeService:
         sent = {"files": files, "comment": comment, "delivery": "pending", "decided_by": "operator"}
         self.rules = self.rules | sent | {"version": version}
         self.publish("rules.set", "yard_1", version=version)
+
+    def play(self, role: str | None, **given: Any) -> None:
+        """Another operator, or this one, gives a role or ends it."""
+        version = self.role["version"] + 1
+        told = {"role": role, "delivery": "pending", "decided_by": "operator", "version": version}
+        self.role = {**self.role, "tags": None, "home": None, "rules": None, **given, **told}
+        self.publish("role.set" if role else "role.cleared", "yard_1", version=version)
 
     def navigate(self, robot: str, mission: str) -> None:
         """The robot is at NAVIGATE in the mission, a second long, and half way."""

@@ -291,6 +291,28 @@ def test_the_mind_of_a_robot_is_laid_open_and_followed(page: Page, service: Fake
     expect(page.get_by_test_id("mind-agents")).to_contain_text("The robot follows no rules.")
 
 
+def test_a_role_is_given_with_what_it_is_recruited_for_and_ended(page: Page, service: FakeService) -> None:
+    opened(page, "mind")
+    panel = page.get_by_test_id("mind-role")
+    end = panel.get_by_role("button", name="End the role")
+    expect(panel).to_contain_text("plays no role; version 0, rules untouched")
+    expect(end).to_be_disabled()
+    panel.get_by_label("Role", exact=True).fill("guard")
+    panel.get_by_label("Home in this role").fill("door_1")
+    boxes = panel.get_by_role("checkbox")
+    expect(boxes.first).to_be_checked()
+    boxes.first.uncheck()
+    left_out = boxes.first.get_attribute("value")
+    panel.get_by_role("button", name="Give the role").click()
+    expect(panel).to_contain_text("plays guard; version 1, rules pending; by operator")
+    assert (service.role["role"], service.role["home"], service.role["rules"]) == ("guard", "door_1", None)
+    assert left_out not in service.role["tags"]
+    service.play("porter")
+    expect(panel).to_contain_text("plays porter; version 2")
+    end.click()
+    expect(panel).to_contain_text("plays no role; version 3")
+
+
 def test_rules_are_sent_from_the_newest_version_and_without_faults_or_not_at_all(
     page: Page, service: FakeService
 ) -> None:

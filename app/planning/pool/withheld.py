@@ -28,6 +28,7 @@ class Withheld:
     :param whole: the problem if nothing were withheld.
     :param missions: what other missions have reserved, by the mission in words.
     :param robots: the robots that are not recruited, each with the reason.
+    :param tags: by robot, the packets that it is not recruited for though it has them; left out: all of it.
     :param holds: the places that are kept empty, by the hold's end in words.
     """
 
@@ -35,6 +36,7 @@ class Withheld:
     missions: Mapping[str, Reservation]
     robots: Mapping[str, str]
     holds: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    tags: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         return bool(self.missions or self.robots or self.holds)
@@ -70,7 +72,9 @@ class Withheld:
             ),
             holds=tuple(hold for hold, places in self.holds.items() if blocks(partial(_is_room, of=places))),
             robots={
-                robot: why for robot, why in self.robots.items() if blocks(partial(is_ability, of={robot}))
+                robot: why
+                for robot, why in self.robots.items()
+                if blocks(partial(is_ability, of={robot}, tags=self.tags.get(robot)))
             },
         )
         return alone or every
@@ -104,8 +108,14 @@ class WorkUnlessBlocked:
         return replace(result, waits_for=self.withheld.blockers(self.knowledge_base))
 
 
-def is_ability(fact: Fact, *, of: Collection[str]) -> bool:
-    return fact.predicate in (CAN, OPERABLE) and fact.args[0] in of
+def is_ability(fact: Fact, *, of: Collection[str], tags: Collection[str] | None = None) -> bool:
+    """True if the fact says what one of these robots can.
+
+    :param tags: only these packets; None: any.
+    """
+    if fact.predicate not in (CAN, OPERABLE) or fact.args[0] not in of:
+        return False
+    return tags is None or (fact.predicate == CAN and fact.args[1] in tags)
 
 
 def _is_room(fact: Fact, *, of: Collection[str]) -> bool:

@@ -3,13 +3,14 @@
 Everything here is picklable, as it passes between the service and a planning process.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeAlias, TypeVar
 
 from app.domain.blockers import Blockers
 from planner import (
+    Fact,
     KnowledgeBase,
     Observer,
     PlanNet,
@@ -132,12 +133,16 @@ class AlternativesWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExplainWork:
-    """Explain a plan, with the cost of omitting each of its robots."""
+    """Explain a plan, with the cost of omitting each of its robots.
+
+    :param withheld: facts that the problem leaves out though they hold, each with why, in words.
+    """
 
     knowledge_base: KnowledgeBase
     plan_net: PlanNet
     problem: PlanningProblem
     request: PlanningRequest
+    withheld: Mapping[Fact, str] = field(default_factory=dict)
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Explanation]:
         return WorkResult.solved(self._explained(engine, observer))
@@ -147,7 +152,15 @@ class ExplainWork:
         return self._explained(None, Observer())
 
     def _explained(self, engine: PlanningEngine | None, observer: Observer) -> Explanation:
-        return explain(self.plan_net, self.problem, self.knowledge_base, engine, self.request, observer)
+        return explain(
+            self.plan_net,
+            self.problem,
+            self.knowledge_base,
+            engine,
+            self.request,
+            observer,
+            withheld=self.withheld,
+        )
 
 
 def _of_result(result: PlanningResult, repaired: Repair | None = None) -> WorkResult[Solutions]:

@@ -109,3 +109,31 @@ def test_a_robot_without_a_deliberative_level_refuses_rules() -> None:
 def test_a_message_holds_a_limited_number_of_files() -> None:
     with pytest.raises(ValueError, match="at most 16"):
         RuleSet(version=1, files={f"agent_{number}": "AGENT a;" for number in range(17)})
+
+
+DUTY = "AGENT duty;"
+GUARD = "ROLE guard;\nBELIEF(startup) => COMMIT(adoptBelief(on_duty));\n"
+
+
+def test_a_role_that_is_sent_is_believed_and_lasts_until_it_is_sent_no_more() -> None:
+    world, service = at_rest()
+    files = {"duty": DUTY, "guard": GUARD}
+    _, idle = sent(world, service, RuleSet(version=1, files=files))
+    assert (idle.role, believed(world)) == ("", set()), "its rules apply only in the role"
+    _, played = sent(world, service, RuleSet(version=2, files=files, role="guard"))
+    assert (played.role, believed(world)) == ("guard", {"on_duty"})
+    memory = RobotMemory.model_validate_json(world.agents["fred"].memory().model_dump_json())
+    assert memory.mind is not None
+    restored = mind(world.agents["fred"].profile)
+    restored.recall(memory.mind, 9.0)
+    assert restored.role == "guard"
+    assert Term("role", ("guard",)) in restored.agents[0].beliefs
+    _, ended = sent(world, service, RuleSet(version=3, files=files))
+    assert ended.role == ""
+
+
+def test_an_agents_rules_may_ask_for_a_role_that_has_no_file() -> None:
+    world, service = at_rest()
+    files = {"keeper": "AGENT keeper;\nBELIEF(role(porter)) => COMMIT(adoptBelief(carries));\n"}
+    sent(world, service, RuleSet(version=1, files=files, role="porter"))
+    assert believed(world) == {"carries"}

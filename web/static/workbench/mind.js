@@ -3,6 +3,7 @@
 import { get, id, problemOf } from "../page/api.js";
 import { el, replace, show } from "../page/dom.js";
 import { seconds, words } from "../page/format.js";
+import { mountRole } from "./role.js";
 import { mountRules } from "./rules.js";
 
 const EVERY_MS = 1000;
@@ -15,10 +16,12 @@ export function mountMind(root) {
   const conversations = el("div", { "data-testid": "mind-conversations" });
   const rulesRoot = el("div", { "data-testid": "mind-rules" });
   const rules = mountRules(rulesRoot);
+  const roleRoot = el("div", { "data-testid": "mind-role" });
+  const role = mountRole(roleRoot);
   /** @type {string | null} */
   let robot = null;
   let isLoading = false;
-  replace(root, agents, section("Conversations", conversations), section("Rules", rulesRoot));
+  replace(root, agents, section("Conversations", conversations), section("Role", roleRoot), section("Rules", rulesRoot));
   agents.addEventListener("click", (event) => {
     const rule = event.target instanceof HTMLElement ? event.target.dataset.rule : undefined;
     if (rule) rules.showLine(rule);
@@ -50,12 +53,16 @@ export function mountMind(root) {
       if (state.robot === robot) return;
       robot = state.robot;
       rules.setRobot(robot);
+      role.setRobot(state.robots.find((one) => one.name === robot) ?? null);
       show(agents);
       show(conversations);
       load();
     },
     onEvent({ type, subject }) {
-      if (subject === robot && type?.startsWith("rules.")) rules.refresh();
+      if (subject === robot && type && /^(rules|role)\./.test(type)) {
+        rules.refresh();
+        role.refresh();
+      }
     },
     close: () => clearInterval(timer),
   };
