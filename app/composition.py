@@ -20,6 +20,7 @@ from app.agents.rules import RuleService, rule_check
 from app.agents.running_world import AnnouncesWorld, RejectsMessages, RunningWorld, WorldHost
 from app.agents.running_worlds import RunningWorlds
 from app.agents.signature_counters import SignatureCounters
+from app.agents.speech import SpeechService
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
@@ -239,6 +240,7 @@ class Service:
         repertoire = self.packs.repertoire()
         self.tunings = TuningService(self.core, worlds=self._files, repertoire=repertoire)
         self.rules = RuleService(self.core, worlds=self._files, repertoire=repertoire)
+        self.speech = SpeechService(self.core, worlds=self._files, clocks=self.clocks)
 
     def _wire_planning(self) -> None:
         """From a goal to an approved plan."""
@@ -436,6 +438,7 @@ class Service:
             teleoperation=self.teleoperation,
             tunings=self.tunings,
             rules=self.rules,
+            speech=self.speech,
             readmit=partial(self.lost_robots.restore_in_contact, name),
             record_batteries=BatteryRecord(
                 self.core,
@@ -496,6 +499,7 @@ class Service:
             questions=self.questions,
             tunings=self.tunings,
             rules=self.rules,
+            speech=self.speech,
             lost_robots=self.lost_robots,
             out_of_service=self.out_of_service,
             teleoperation=self.teleoperation,

@@ -17,6 +17,7 @@ from app.agents.edition_delivery import EditionDelivery
 from app.agents.questions import Questions
 from app.agents.robot_board import RobotBoard
 from app.agents.rules import RuleService
+from app.agents.speech import Speech, SpeechService
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.domain.clock import SYSTEM_CLOCK, WallClock
@@ -44,6 +45,7 @@ from robots.wire import (
     RuleSet,
     RulesReport,
     ScriptRequest,
+    SpeechAct,
     StatusQuery,
     Telemetry,
     TuningReport,
@@ -122,6 +124,7 @@ class AgentModels:
         teleoperation: Teleoperation,
         tunings: TuningService,
         rules: RuleService,
+        speech: SpeechService | None = None,
         readmit: Callable[[], None],
         record_batteries: Callable[[], None] = lambda: None,
         world: str,
@@ -135,6 +138,7 @@ class AgentModels:
         """
         :param robots: those of the world now, each with its radio.
         :param clock: the world's.
+        :param speech: the service's conversations with robots; None: it does not speak with them.
         :param readmit: restores robots that were declared lost as silent and are heard again.
         :param record_batteries: records the batteries that robots have told of; called once a second.
         :param has_lease: True while this process, of those that share the database, delivers and records. Otherwise it
@@ -160,6 +164,7 @@ class AgentModels:
         self._teleoperation = teleoperation
         self._tunings = tunings
         self._rules = rules
+        self._speech = speech
         self._readmit = readmit
         self._record_batteries = record_batteries
         self._has_lease = has_lease
@@ -255,6 +260,8 @@ class AgentModels:
                 self._tunings.record_answer(self._world, message.sender, message.performative, report)
             case RulesReport() as report:
                 self._rules.record_answer(self._world, message.sender, message.performative, report)
+            case SpeechAct() as act:
+                self._say([] if self._speech is None else self._speech.hear(self._world, message, act))
             case UnknownBody():
                 self._answer_unknown(message)
             case NotUnderstood(reason=reason):
@@ -262,6 +269,17 @@ class AgentModels:
             case _:
                 return False
         return True
+
+    def _say(self, speech: Sequence[Speech]) -> None:
+        """Answer what robots have said; they repeat it if the answer is lost."""
+        for one in speech:
+            self._communications.send(
+                one.robot,
+                one.performative,
+                one.act,
+                message_id=one.message_id,
+                in_reply_to=one.in_reply_to,
+            )
 
     def _answer_unknown(self, message: Message) -> None:
         answer = self._unknown_kinds.answer(message, self._wall.monotonic_s())
@@ -322,6 +340,9 @@ class AgentModels:
             files = {**dict(rules.files), **dict(rules.role_files)}
             rule_set = RuleSet(version=rules.version, files=files, role=rules.role)
             send(rules.robot, f"{rules.robot}:{RULES}:{rules.version}", Performative.REQUEST, rule_set)
+        for said in () if self._speech is None else self._speech.due(self._world):
+            if said.robot in self._robots:
+                send(said.robot, said.message_id, said.performative, said.act, in_reply_to=said.in_reply_to)
         for script in self._open_scripts():
             if script.delivery == Delivery.PENDING and not script.stopping:
                 body = BehaviourScript.model_validate(script.body)

@@ -79,11 +79,19 @@ class Communications:
             )
         )
 
-    def send_if_due(self, robot: str, message_id: str, performative: Performative, body: Body) -> None:
+    def send_if_due(
+        self,
+        robot: str,
+        message_id: str,
+        performative: Performative,
+        body: Body,
+        *,
+        in_reply_to: str | None = None,
+    ) -> None:
         """Send an unanswered message if its resend schedule says so."""
         self._unanswered.add(message_id)
         if self._schedule.is_due(robot, message_id):
-            self.send(robot, performative, body, message_id=message_id)
+            self.send(robot, performative, body, message_id=message_id, in_reply_to=in_reply_to)
 
     def keep_unanswered(self) -> None:
         """Forget the messages that were not passed to `send_if_due` since the last call: they are answered."""

@@ -15,12 +15,14 @@ from app.agents import Questions, RobotBoard
 from app.agents.robot_directory import RobotDirectory
 from app.agents.rules import RuleService
 from app.agents.running_world import WorldState
+from app.agents.speech import SpeechService
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
 from app.api import problems
 from app.api.auth import TokenCheck, TokenMiddleware
 from app.api.bodies import GoalBody, plan_body
+from app.api.conversations import conversations_router
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
 from app.api.executors import executors_router
 from app.api.factsheets import factsheets_router
@@ -103,6 +105,7 @@ class Services:
     tunings: TuningService
     rules: RuleService
     roles: RoleService
+    speech: SpeechService
     lost_robots: LostRobots
     out_of_service: OutOfService
     teleoperation: Teleoperation
@@ -145,6 +148,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
         )
     )
     api.include_router(robot_rules_router(service.rules, service.roles))
+    api.include_router(conversations_router(service.robots, service.speech))
     api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(
         streams_router(

@@ -158,10 +158,12 @@ class ResultBody(BaseModel):
 
 
 class SpeechBody(BaseModel):
-    """What one robot of a mission has said to another, as the other reports it."""
+    """What one robot of a mission has said to another, as the other reports it, or what the service and a robot have
+    said to each other about the mission or its goal.
+    """
 
     sender: str
-    robot: str = Field(description="who heard it")
+    robot: str = Field(description="who heard it, a robot or `service`")
     performative: Performative
     content: str = Field(description="a term, such as `ended(script, action)`")
     protocol: str
@@ -169,8 +171,8 @@ class SpeechBody(BaseModel):
     sent_at_s: float = Field(description="world's clock")
     at_s: float = Field(description="when it was heard, world's clock")
     attempt: int = Field(default=1, description="how often it was said until it was heard")
-    answer: Performative
-    answer_content: str
+    answer: Performative | None = Field(default=None, description="null: answers are listed on their own")
+    answer_content: str = ""
 
 
 class ReportBody(BaseModel):

@@ -466,6 +466,25 @@ class SpeechHeard(Event, type="speech.heard"):
     answer_content: str
 
 
+class SpeechSaid(Event, type="speech.said"):
+    """The service and a robot speak: who has said what to whom (world's clock), about a goal, a mission or the robot
+    itself, the subject. `speaker`: the person on whose behalf the service speaks.
+    """
+
+    world: str
+    sender: str
+    receiver: str
+    performative: Performative
+    content: str
+    protocol: str
+    conversation: str
+    message: str
+    in_reply_to: str
+    speaker: str
+    sent_at_s: float
+    at_s: float
+
+
 class ResultReceived(Event, type="packet.result"):
     """A packet of the mission has brought a `result` (world's clock) `of` a place, sample or robot: an image of the
     camera `name`, or the `value` of the quantity `name`.

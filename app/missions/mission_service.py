@@ -15,7 +15,7 @@ from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
 from app.domain.lifecycles.recovery import RecoveryStep, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
 from app.domain.recovery_rules import Policy
-from app.missions.mission_speech import speech_of
+from app.missions.mission_speech import conversation_of
 from app.store import MissionRow, ResultRow, ScriptRow
 from app.store.records import all_of, page, read_only
 from robots.wire import ControlVerb
@@ -56,11 +56,9 @@ class MissionService:
             return all_of(session, query.order_by(ResultRow.at_s, ResultRow.created_at, ResultRow.id))
 
     def conversation(self, mission_id: str) -> Sequence[Mapping[str, Any]]:
-        """What its robots have said to each other and reported, in the order in which it was said."""
+        """What its robots have said to each other and reported, and what was said with the service, in order."""
         with self._database.read() as session:
-            _mission(session, mission_id)
-            said = [row.data for row in speech_of(session, mission_id)]
-        return sorted(said, key=lambda one: (one["sent_at_s"], one["at_s"]))
+            return conversation_of(session, _mission(session, mission_id))
 
     def result(self, mission_id: str, result_id: str) -> ResultRow:
         """One result with its content."""

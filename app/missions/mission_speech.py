@@ -1,12 +1,13 @@
-"""What the robots of a mission have said to each other, as far as they have reported it."""
+"""What was said about a mission: by its robots to each other, as they have reported it, and with the service."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.events import SpeechHeard
-from app.store import EventRow
+from app.domain.events import SpeechHeard, SpeechSaid
+from app.store import EventRow, MissionRow
 
 
 def speech_of(session: Session, mission_id: str) -> Sequence[EventRow]:
@@ -14,3 +15,16 @@ def speech_of(session: Session, mission_id: str) -> Sequence[EventRow]:
     (kind,) = SpeechHeard.types()
     query = select(EventRow).where(EventRow.subject == mission_id, EventRow.type == kind)
     return session.scalars(query.order_by(EventRow.seq)).all()
+
+
+def conversation_of(session: Session, mission: MissionRow) -> Sequence[Mapping[str, Any]]:
+    """What was said about the mission and its goal, in the order in which it was said."""
+    (said,) = SpeechSaid.types()
+    query = select(EventRow).where(EventRow.subject.in_((mission.id, mission.goal_id)), EventRow.type == said)
+    with_service = [
+        {**row.data, "robot": row.data["receiver"]} for row in session.scalars(query.order_by(EventRow.seq))
+    ]
+    return sorted(
+        [*(row.data for row in speech_of(session, mission.id)), *with_service],
+        key=lambda one: (one["sent_at_s"], one["at_s"]),
+    )

@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.agents.rules import renew_rules
 from app.agents.running_world import RunningWorld
+from app.agents.speech import end_conversations
 from app.agents.tuning import renew_tunings
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK
@@ -86,6 +87,7 @@ def start_world_run(
     end_spans(session, core.events, world.name, SYSTEM_CLOCK.epoch_s())
     _forget_abandoned(session, world.name)
     reason = "the simulated world was started again" + (f": {new_run_reason}" if new_run_reason else "")
+    end_conversations(session, world.name, reason)
     _end_missions(session, core.events, world.name, reason)
     _reopen_goals(session, core.events, world.name, reason, runs=True)
     return False
@@ -110,6 +112,7 @@ def end_missions_of_absent_worlds(session: Session, core: Core, running: Collect
     for row in session.scalars(select(WorldRow).where(WorldRow.id.not_in(running))).all():
         row.run = None
         reason = f"world {row.id} no longer runs"
+        end_conversations(session, row.id, reason)
         _end_missions(session, core.events, row.id, reason)
         _reopen_goals(session, core.events, row.id, reason, runs=False)
 

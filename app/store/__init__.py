@@ -13,6 +13,7 @@ from app.store.engine import (
 from app.store.tables import (
     AddedWorldRow,
     Base,
+    ConversationRow,
     DurationRow,
     EditionRow,
     EventRow,
@@ -43,6 +44,7 @@ __all__ = [
     "WRITTEN",
     "AddedWorldRow",
     "Base",
+    "ConversationRow",
     "Database",
     "DurationRow",
     "EditionRow",

@@ -557,6 +557,36 @@ class RoleRow(Base):
     decided_at: Mapped[str | None]
 
 
+class ConversationRow(Base):
+    """A conversation of the service with a robot, by an interaction protocol of FIPA.
+
+    `is_ours`, `is_due`, `state`, `is_over`, `reason`: see `app.domain.lifecycles.conversation`. `opener`: the part of
+    the service that its answers are passed to. `about`: the goal, plan or mission that it is about; empty: the robot.
+    `speaker`: the person on whose behalf the service speaks. `said`: the messages, oldest first.
+    """
+
+    __tablename__ = "conversations"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    world: Mapped[str] = mapped_column(String(64))
+    protocol: Mapped[str] = mapped_column(String(64))
+    is_ours: Mapped[bool]
+    state: Mapped[str]
+    is_over: Mapped[bool] = mapped_column(default=False)
+    is_due: Mapped[bool] = mapped_column(default=False)
+    reason: Mapped[str] = mapped_column(default="")
+    opener: Mapped[str] = mapped_column(default="")
+    about: Mapped[str] = mapped_column(ID, default="")
+    speaker: Mapped[str] = mapped_column(default="")
+    said: Mapped[list[Any]] = mapped_column(default=list)
+    reply_by_s: Mapped[float | None]
+    opened_at: Mapped[str] = mapped_column(default=utc_now)
+    __table_args__ = (
+        Index("ix_conversations_open", "world", "is_over"),
+        Index("ix_conversations_robot", "world", "robot", "opened_at"),
+    )
+
+
 class MessageRow(Base):
     """A recorded message of a robot; its id prevents it from being recorded twice."""
 

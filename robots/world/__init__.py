@@ -2,7 +2,7 @@
 
 from robots.world.digest import digest_of
 from robots.world.edition import Edition
-from robots.world.file import CLEARANCE, WorldFile
+from robots.world.file import BIDS, CLEARANCE, WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds, read_world, shipped_worlds
 from robots.world.parts import (
@@ -25,6 +25,7 @@ from robots.world.peripherals import PERIPHERAL_TAGS, Peripheral, PeripheralKind
 from robots.world.radio import Contact, LinkSpec, Outage
 
 __all__ = [
+    "BIDS",
     "CLEARANCE",
     "PERIPHERAL_TAGS",
     "Compartment",

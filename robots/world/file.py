@@ -42,6 +42,8 @@ ROBOT_WIDTH_M = 0.44
 
 CLEARANCE = "clearance"
 """What a robot speaks that tells others of the end of its actions, and believes them."""
+BIDS = "bids"
+"""What a robot speaks that answers calls for proposals."""
 
 
 class WorldFile(Checked):
@@ -194,10 +196,14 @@ class WorldFile(Checked):
         return self.link if robot.link is None else robot.link.over(self.link)
 
     def speaks(self, robot: RobotSpec, what: str) -> bool:
-        """True if the robot says this to other robots and takes it from them."""
-        if robot.speaks is None:
-            return self.peer_link is not None and not robot.external
-        return what in robot.speaks and (robot.external or self.peer_link is not None)
+        """True if the robot says this and takes it; clearance from other robots needs the radio between them."""
+        if what == CLEARANCE and self.peer_link is None and not robot.external:
+            return False
+        return not robot.external if robot.speaks is None else what in robot.speaks
+
+    def has_social_level(self, robot: RobotSpec) -> bool:
+        """True if the software of a simulated robot speaks at all."""
+        return robot.speaks is None or bool(robot.speaks)
 
     @cached_property
     def clearing(self) -> frozenset[str]:

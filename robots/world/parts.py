@@ -127,8 +127,8 @@ class RobotSpec(Checked):
     `sensors`: further ones: cameras, and those of installed packages.
     `senses`: predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that its
     sensors perceive; none of an `external` robot. What it does not perceive it is told by clearance.
-    `speaks`: what it says to other robots and takes from them, such as `clearance`; left out: all that its software
-    can if the world has a `peer_link`; nothing of an `external` robot.
+    `speaks`: what it says to other robots or the service and takes from them, such as `clearance` and `bids`; left out:
+    all that its software can; nothing of an `external` robot. Robots hear each other if the world has a `peer_link`.
     `tuning`: by packet and behaviour pattern ("rotate/steer"), parameters to override ("stimulus.full_rad").
     `rules`: the rule files that it starts with, the text of each by the name of its agent or role, in order of rank
     (docs/rules.md). A world file lists shipped ones by name, and others as paths relative to it.

@@ -13,7 +13,7 @@ from robots.executive.memory import RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose, Readings, Sensor
 from robots.wire import WORLD, ForeignState, Message, Performative, WorldChange, WorldEdition
-from robots.world import CLEARANCE, Edition, RobotSpec, Sample, WorldFile, digest_of
+from robots.world import Edition, RobotSpec, Sample, WorldFile, digest_of
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, SimulatedBody, make_bodies
 from sim.clock import CONTROL_S, TICKS_PER_CONTROL, WorldClock
@@ -341,7 +341,7 @@ class Simulation:
             clock=self.clock,
             memory=memory,
             edition=self.edition,
-            speaks=self.world.speaks(spec, CLEARANCE),
+            speaks=self.world.has_social_level(spec),
             peer_round_trip_s=0.0 if self.world.peer_link is None else self.world.peer_link.round_trip_s,
         )
 

@@ -1,0 +1,397 @@
+"""The service's own speech with robots, in FIPA ACL over their ordinary link (SRA, the social level).
+
+Conversations are kept in the database: whichever process holds the world's lease says what is due and hears the
+answers, and a restart loses nothing. What is said is in the event log.
+"""
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from app.agents.communications import SERVICE
+from app.core import Core
+from app.domain.errors import Conflict
+from app.domain.events import SpeechSaid
+from app.domain.ids import new_id
+from app.domain.lifecycles import conversation as life
+from app.domain.lifecycles.conversation import OutOfProtocol
+from app.store import ConversationRow
+from robots.clock import Clock
+from robots.social import ContentError, Heard, Reply, Term, parse_term
+from robots.social.protocols import INFORM, InteractionProtocol
+from robots.wire import TERMS, Message, Performative, SpeechAct, new_message_id
+from robots.world import WorldFile
+
+ONTOLOGY = "macta-mission"
+KEPT = 200
+"""Conversations of one robot; beyond it the oldest of those that are over are forgotten."""
+
+Taker = Callable[[Session, ConversationRow, Heard], Reply | None]
+"""Takes what a robot opens a conversation with, in the transaction that records it."""
+Listener = Callable[[Session, ConversationRow], None]
+"""Is told of an answer, or of an end without one, in the transaction that records it; the row says which."""
+
+logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Speech:
+    """A message to a robot, to be sent now."""
+
+    robot: str
+    message_id: str
+    performative: Performative
+    act: SpeechAct
+    in_reply_to: str | None
+
+
+class SpeechService:
+    """Opens conversations with robots, hears what they answer, and answers what they open."""
+
+    def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile], clocks: Mapping[str, Clock]) -> None:
+        self._database = core.database
+        self._events = core.events
+        self._worlds = worlds
+        self._clocks = clocks
+        self._takers: dict[tuple[Performative, str], Taker] = {}
+        self._listeners: dict[str, Listener] = {}
+
+    def on(self, performative: Performative, name: str, taker: Taker) -> None:
+        """Have what robots open with this performative and a term of this name handled.
+
+        An inform that nobody takes is recorded and confirmed; the rest is not understood.
+        """
+        self._takers[performative, name] = taker
+
+    def listen(self, opener: str, listener: Listener) -> None:
+        """Pass the answers to what `opener` has said, and the ends of its conversations, to a listener."""
+        self._listeners[opener] = listener
+
+    def unheard_reason(self, world: str, robot: str, what: str) -> str:
+        """Why a robot does not take what is said, such as `bids`; empty if it does."""
+        file = self._worlds[world]
+        spec = file.robots_by_name.get(robot)
+        if spec is None:
+            return f"{world} has no robot {robot}"
+        if file.speaks(spec, what):
+            return ""
+        said = ", ".join(spec.speaks or ()) or "nothing"
+        if spec.speaks is None:
+            return f"software of its own drives {robot}, and nothing states that it speaks {what}"
+        return f"{robot} does not speak {what}; it speaks {said}"
+
+    def open(
+        self,
+        session: Session,
+        *,
+        world: str,
+        robot: str,
+        what: str,
+        performative: Performative,
+        content: Term,
+        protocol: InteractionProtocol,
+        within_s: float,
+        opener: str,
+        about: str = "",
+        speaker: str = "",
+        conversation_id: str | None = None,
+    ) -> ConversationRow:
+        """Open a conversation; it is repeated until the robot answers or `within_s` of the world's clock is over.
+
+        :param what: what the robot must speak to take it, such as `bids`.
+        :param opener: whose listener hears of the answers. :param about: the goal, plan or mission that it is about.
+        :param speaker: the person on whose behalf it is said.
+        :param conversation_id: of a conversation with several robots, one row each.
+        :raises Conflict: if the robot does not speak that.
+        """
+        if reason := self.unheard_reason(world, robot, what):
+            raise Conflict(reason, code="robot-does-not-speak")
+        row = ConversationRow(
+            id=conversation_id or new_id("conversation"),
+            robot=robot,
+            world=world,
+            protocol=protocol.name,
+            is_ours=True,
+            opener=opener,
+            about=about,
+            speaker=speaker,
+            said=[],
+        )
+        life.open_conversation(row, performative)
+        self._add(session, row)
+        self._note(session, row, performative, content, within_s=within_s)
+        return row
+
+    def say(
+        self,
+        session: Session,
+        row: ConversationRow,
+        performative: Performative,
+        content: Term,
+        *,
+        within_s: float | None = None,
+    ) -> None:
+        """Go on with a conversation. :param within_s: how long an answer is awaited; None: for as long as it takes.
+
+        :raises OutOfProtocol: if it may not be said now.
+        """
+        life.say(row, performative)
+        self._note(session, row, performative, content, within_s=within_s)
+
+    def cancel(self, row: ConversationRow, reason: str) -> None:
+        """Give a conversation up without a word."""
+        life.cancel(row, reason)
+
+    def of_robot(self, robot: str, *, limit: int) -> Sequence[ConversationRow]:
+        """The robot's conversations with the service, the newest first."""
+        query = select(ConversationRow).where(ConversationRow.robot == robot)
+        with self._database.read() as session:
+            newest = query.order_by(ConversationRow.opened_at.desc(), ConversationRow.id).limit(limit)
+            return session.scalars(newest).all()
+
+    def due(self, world: str) -> list[Speech]:
+        """What is to be said until it is answered; conversations whose time is over end here."""
+        open_ones = select(ConversationRow).where(
+            ConversationRow.world == world, ConversationRow.is_over.is_(False)
+        )
+        with self._database.read() as session:
+            rows = session.scalars(open_ones.order_by(ConversationRow.opened_at, ConversationRow.robot)).all()
+        now_s = self._clocks[world].now_s()
+        late = [row for row in rows if row.reply_by_s is not None and now_s >= row.reply_by_s]
+        if late:
+            self._end_late(late, now_s)
+        return [_speech(row) for row in rows if row.is_due and row not in late]
+
+    def hear(self, world: str, message: Message, act: SpeechAct) -> list[Speech]:
+        """Record what a robot says; what is to be sent at once."""
+        with self._database.write() as session:
+            key = (act.conversation_id, message.sender)
+            self._database.lock(session, "/".join(key))
+            row = session.get(ConversationRow, key, with_for_update=True)
+            if row is None:
+                return self._opened(session, world, message, act)
+            return self._answered(session, row, message, act)
+
+    def _answered(
+        self, session: Session, row: ConversationRow, message: Message, act: SpeechAct
+    ) -> list[Speech]:
+        heard_last = next((one for one in reversed(row.said) if one["sender"] != SERVICE), None)
+        repeats = heard_last is not None and heard_last["performative"] == message.performative.value
+        if any(one["id"] == message.id for one in row.said) or (row.is_ours and repeats):
+            if row.is_ours:
+                # A robot repeats itself when it has heard what was said last, but cannot answer it yet.
+                life.stop_repeating(row)
+                return []
+            return [_speech(row)] if row.said[-1]["sender"] == SERVICE else []
+        if row.is_over:
+            return []
+        try:
+            heard = self._understood(row.world, message, act)
+            life.hear(row, message.performative, _reason(heard.content))
+        except (ContentError, OutOfProtocol) as error:
+            return self._not_understood(message, act, str(error))
+        self._hear(session, row, message, act)
+        if not row.is_ours:
+            return self._reply(session, row, heard)
+        if (listener := self._listeners.get(row.opener)) is not None:
+            listener(session, row)
+        return []
+
+    def _opened(self, session: Session, world: str, message: Message, act: SpeechAct) -> list[Speech]:
+        if message.in_reply_to is not None:
+            return []  # an answer in a conversation that is long over
+        row = ConversationRow(
+            id=act.conversation_id,
+            robot=message.sender,
+            world=world,
+            protocol=act.protocol,
+            is_ours=False,
+            said=[],
+        )
+        try:
+            heard = self._understood(world, message, act)
+            life.open_conversation(row, message.performative)
+            if heard.key not in self._takers and row.protocol != INFORM.name:
+                raise OutOfProtocol(
+                    f"the service does not take {message.performative} of {heard.content.name!r}"
+                )
+        except (ContentError, OutOfProtocol) as error:
+            return self._not_understood(message, act, str(error))
+        self._add(session, row)
+        self._hear(session, row, message, act)
+        return self._reply(session, row, heard)
+
+    def _reply(self, session: Session, row: ConversationRow, heard: Heard) -> list[Speech]:
+        taker = self._takers.get(heard.key)
+        if taker is not None:
+            reply = taker(session, row, heard)
+        elif life.can_say(row, Performative.CONFIRM):
+            reply = Reply(performative=Performative.CONFIRM, content=heard.content)
+        else:
+            reply = None
+        if reply is None:
+            return []
+        self.say(session, row, reply.performative, reply.content)
+        return [_speech(row)]
+
+    def _understood(self, world: str, message: Message, act: SpeechAct) -> Heard:
+        """:raises ContentError: if the language or the content is not known here."""
+        if act.language != TERMS:
+            raise ContentError(f"the language {act.language!r} is not spoken here; it is {TERMS}")
+        try:
+            content = parse_term(act.content)
+        except ContentError:
+            if message.performative is not Performative.NOT_UNDERSTOOD:
+                raise
+            content = Term("reason", (act.content,))
+        return Heard(
+            performative=message.performative,
+            sender=message.sender,
+            content=content,
+            message=message,
+            at_s=self._clocks[world].now_s(),
+        )
+
+    def _not_understood(self, message: Message, act: SpeechAct, reason: str) -> list[Speech]:
+        if message.performative is Performative.NOT_UNDERSTOOD:
+            return []  # or two would not come to an end
+        logger.debug("%s is not understood: %s", message.sender, reason)
+        answer = act.model_copy(
+            update={"content": str(Term("reason", (reason[:300],))), "language": TERMS, "reply_by_s": None}
+        )
+        return [
+            Speech(
+                robot=message.sender,
+                message_id=new_message_id(),
+                performative=Performative.NOT_UNDERSTOOD,
+                act=answer,
+                in_reply_to=message.id,
+            )
+        ]
+
+    def _end_late(self, rows: Sequence[ConversationRow], now_s: float) -> None:
+        with self._database.write() as session:
+            for known in rows:
+                row = session.get(ConversationRow, (known.id, known.robot), with_for_update=True)
+                if row is None or row.is_over or row.reply_by_s is None or now_s < row.reply_by_s:
+                    continue
+                life.time_out(row, f"{row.robot} has not answered in time")
+                if (listener := self._listeners.get(row.opener)) is not None:
+                    listener(session, row)
+
+    def _add(self, session: Session, row: ConversationRow) -> None:
+        """Record a new conversation, and forget the robot's oldest."""
+        of_robot = (ConversationRow.world == row.world, ConversationRow.robot == row.robot)
+        newest = select(ConversationRow.id).where(*of_robot).order_by(ConversationRow.opened_at.desc())
+        old = session.scalars(newest.offset(KEPT - 1)).all()
+        if old:
+            over = (*of_robot, ConversationRow.id.in_(old), ConversationRow.is_over)
+            session.execute(delete(ConversationRow).where(*over))
+        session.add(row)
+
+    def _note(
+        self,
+        session: Session,
+        row: ConversationRow,
+        performative: Performative,
+        content: Term,
+        *,
+        within_s: float | None,
+    ) -> None:
+        now_s = self._clocks[row.world].now_s()
+        heard = next((one["id"] for one in reversed(row.said) if one["sender"] != SERVICE), "")
+        row.reply_by_s = None if within_s is None else now_s + within_s
+        self._record(
+            session,
+            row,
+            {
+                "id": new_message_id(),
+                "sender": SERVICE,
+                "receiver": row.robot,
+                "performative": performative.value,
+                "content": str(content),
+                "in_reply_to": heard,
+                "sent_at_s": now_s,
+                "at_s": now_s,
+            },
+        )
+
+    def _hear(self, session: Session, row: ConversationRow, message: Message, act: SpeechAct) -> None:
+        self._record(
+            session,
+            row,
+            {
+                "id": message.id,
+                "sender": message.sender,
+                "receiver": SERVICE,
+                "performative": message.performative.value,
+                "content": act.content,
+                "in_reply_to": message.in_reply_to or "",
+                "sent_at_s": message.sent_at_s,
+                "at_s": self._clocks[row.world].now_s(),
+            },
+        )
+
+    def _record(self, session: Session, row: ConversationRow, said: dict[str, Any]) -> None:
+        row.said = [*row.said, said]
+        session.flush()
+        told = {name: value for name, value in said.items() if name != "id"}
+        self._events.append(
+            session,
+            SpeechSaid(
+                subject=row.about or row.robot,
+                world=row.world,
+                protocol=row.protocol,
+                conversation=row.id,
+                message=said["id"],
+                speaker=row.speaker if said["sender"] == SERVICE else "",
+                **told,
+            ),
+        )
+
+
+def end_conversations(session: Session, world: str, reason: str) -> None:
+    """Give up all conversations with the robots of a world."""
+    query = select(ConversationRow).where(ConversationRow.world == world, ConversationRow.is_over.is_(False))
+    for row in session.scalars(query):
+        life.cancel(row, reason)
+
+
+def last_heard(row: ConversationRow) -> tuple[Performative, Term] | None:
+    """What the robot has said last; None if it has said nothing."""
+    for one in reversed(row.said):
+        if one["sender"] != SERVICE:
+            performative = Performative(one["performative"])
+            try:
+                return performative, parse_term(one["content"])
+            except ContentError:  # only a not-understood may be in no language
+                return performative, Term("reason", (one["content"],))
+    return None
+
+
+def _speech(row: ConversationRow) -> Speech:
+    """What the service has said last, as it is sent."""
+    said = row.said[-1]
+    return Speech(
+        robot=row.robot,
+        message_id=said["id"],
+        performative=Performative(said["performative"]),
+        act=SpeechAct(
+            content=said["content"],
+            ontology=ONTOLOGY,
+            protocol=row.protocol,
+            conversation_id=row.id,
+            reply_by_s=row.reply_by_s,
+            speaker=row.speaker,
+        ),
+        in_reply_to=said["in_reply_to"] or None,
+    )
+
+
+def _reason(content: Term) -> str:
+    """What an answer says in words: the last argument of a refusal, a failure or a not-understood."""
+    return content.words[-1] if content.args else content.name

@@ -1,0 +1,123 @@
+"""The life cycle of a conversation between the service and a robot, and the only code that assigns its state.
+
+The states are those of the interaction protocol that it follows (`robots.social.protocols`): the robot's side has the
+same ones.
+"""
+
+from typing import Protocol
+
+from robots.social import OutOfProtocol
+from robots.social.protocols import (
+    CANCELLED,
+    NOT_UNDERSTOOD,
+    PROTOCOLS,
+    TIMED_OUT,
+    InteractionProtocol,
+    Side,
+)
+from robots.wire import Performative
+
+__all__ = [
+    "CANCELLED",
+    "NOT_UNDERSTOOD",
+    "TIMED_OUT",
+    "OutOfProtocol",
+    "can_say",
+    "cancel",
+    "hear",
+    "open_conversation",
+    "say",
+    "stop_repeating",
+    "time_out",
+]
+
+
+class Talk(Protocol):
+    """The fields of a conversation that its life cycle assigns.
+
+    `is_ours`: the service has opened it. `is_due`: what the service said last is repeated until it is answered.
+    """
+
+    protocol: str
+    is_ours: bool
+    state: str
+    is_over: bool
+    is_due: bool
+    reason: str
+
+
+def open_conversation(talk: Talk, performative: Performative) -> None:
+    """:raises OutOfProtocol: if its protocol is not known, or is not opened by this performative."""
+    protocol = PROTOCOLS.get(talk.protocol)
+    if protocol is None:
+        choices = ", ".join(PROTOCOLS)
+        raise OutOfProtocol(f"the protocol {talk.protocol!r} is not known here; choices: {choices}")
+    if performative not in protocol.opens:
+        raise OutOfProtocol(
+            f"{protocol.name} is opened by {' or '.join(protocol.opens)}, not by {performative}"
+        )
+    talk.state = protocol.opens[performative]
+    talk.is_over = protocol.has_ended(talk.state)
+    talk.is_due = talk.is_ours
+    talk.reason = ""
+
+
+def can_say(talk: Talk, performative: Performative) -> bool:
+    """True if the service may say this now."""
+    return not talk.is_over and _protocol(talk).after(talk.state, _service(talk), performative) is not None
+
+
+def say(talk: Talk, performative: Performative) -> None:
+    """The service says something. :raises OutOfProtocol: if it may not say it now."""
+    _advance(talk, _service(talk), performative)
+    talk.is_due = talk.is_ours and not talk.is_over
+
+
+def hear(talk: Talk, performative: Performative, reason: str = "") -> None:
+    """The robot says something. :raises OutOfProtocol: if it may not say it now. :param reason: that it states."""
+    _advance(talk, Side.PARTICIPANT if talk.is_ours else Side.INITIATOR, performative)
+    talk.is_due = False
+    talk.reason = reason if talk.is_over else ""
+
+
+def stop_repeating(talk: Talk) -> None:
+    """The robot is known to have heard what was said last."""
+    talk.is_due = False
+
+
+def time_out(talk: Talk, reason: str) -> None:
+    """End a conversation whose answer has not come in time."""
+    _end(talk, TIMED_OUT, reason)
+
+
+def cancel(talk: Talk, reason: str) -> None:
+    """Give a conversation up without a word."""
+    _end(talk, CANCELLED, reason)
+
+
+def _end(talk: Talk, state: str, reason: str) -> None:
+    if talk.is_over:
+        return
+    talk.state = state
+    talk.is_over = True
+    talk.is_due = False
+    talk.reason = reason
+
+
+def _advance(talk: Talk, side: Side, performative: Performative) -> None:
+    protocol = _protocol(talk)
+    after = protocol.after(talk.state, side, performative)
+    if after is None:
+        raise OutOfProtocol(
+            f"{performative} by the {side} does not follow in {protocol.name}, which is {talk.state}"
+        )
+    talk.state = after
+    talk.is_over = protocol.has_ended(after)
+
+
+def _service(talk: Talk) -> Side:
+    return Side.INITIATOR if talk.is_ours else Side.PARTICIPANT
+
+
+def _protocol(talk: Talk) -> InteractionProtocol:
+    return PROTOCOLS[talk.protocol]
