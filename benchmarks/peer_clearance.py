@@ -49,7 +49,7 @@ def carry_out(peer_link: LinkSpec | None, seed: int) -> Ended:
         simulation = runner.simulation
 
         def all_finished() -> bool:
-            states = (agent.memory().executive.states for agent in simulation.agents.values())  # type: ignore[attr-defined]
+            states = (agent.memory().mind.executive.states for agent in simulation.agents.values())  # type: ignore[attr-defined]
             ended = {
                 name for known in states for name, state in known.items() if state is ScriptState.FINISHED
             }

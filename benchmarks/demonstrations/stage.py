@@ -95,7 +95,7 @@ class Stage:
 
     def beliefs(self, robot: str) -> Sequence[Term]:
         """What the robot's agents have adopted."""
-        memory = self.simulation.agents[robot].memory().mind  # type: ignore[attr-defined]
+        memory = self.simulation.agents[robot].memory().mind.rules  # type: ignore[attr-defined]
         return [one for texts in memory.beliefs.values() for one in beliefs_of(texts)]
 
     def is_believed(self, robot: str, functor: str) -> bool:

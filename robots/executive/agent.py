@@ -15,7 +15,7 @@ from robots.executive.deliberation import Deliberation
 from robots.executive.discoveries import Discoveries
 from robots.executive.executive import Executive
 from robots.executive.leg_cost import offer
-from robots.executive.memory import RobotMemory
+from robots.executive.memory import AgentMind, BodyMemory, RobotMemory
 from robots.executive.offer import Declined, Offer
 from robots.executive.society import Clearing, Society
 from robots.executive.telemetry import telemetry
@@ -83,7 +83,8 @@ class BehaviouralAgent:
     ) -> None:
         """
         :param deliberation: the robot's own rules; None: it has none.
-        :param memory: the state saved before a power failure; None for a robot that starts again.
+        :param memory: the state saved before a power failure, or the mind of a robot with another body; None for a
+            robot that starts again.
         :param factsheet: what the robot tells of itself when it starts, and once it has changed; None: nothing.
         :param society: the robot's social level; None: it does not speak with other robots.
         """
@@ -117,50 +118,59 @@ class BehaviouralAgent:
         self._telemetry_s = float("-inf")
         self._sent_telemetry: Telemetry | None = None
         if memory is not None:
-            self._recall(memory)
+            self._recall_mind(memory.mind)
+            if memory.body is not None:
+                self._recall_body(memory.body)
         said = self._announced
         is_said = factsheet is not None and said is not None and said.content == factsheet.content
         self._unannounced = None if is_said else factsheet
 
     def memory(self) -> RobotMemory:
         """The state to restore after a power failure; to be called between two ticks."""
-        return RobotMemory(
+        return RobotMemory(mind=self._mind_memory(), body=self._body_memory())
+
+    def _mind_memory(self) -> AgentMind:
+        return AgentMind(
             mailbox=self._mailbox.memory(),
             executive=self._executive.memory(),
+            upkeep=self._upkeep.state.saved(),
             verdicts=dict(self._verdicts),
             stale=self._stale.memory(),
             tuning_version=self._tuning_version,
             tuning=self._tuning,
-            estimate=self._perception.localiser.memory(),
-            upkeep=self._upkeep.state.saved(),
-            sensing_used_j=self._meter.used_j,
-            sensing_saved_j=self._meter.saved_j,
-            held=self._perception.held,
-            announced=self._announced,
             social=SocialMemory() if self._society is None else self._society.memory(),
-            mind=None if self._deliberation is None else self._deliberation.memory(),
+            rules=None if self._deliberation is None else self._deliberation.memory(),
         )
 
-    def _recall(self, memory: RobotMemory) -> None:
-        now_s = self._clock.now_s()
-        self._mailbox.recall(memory.mailbox, now_s)
-        self._verdicts = OrderedDict(memory.verdicts)
-        self._stale.recall(memory.stale)
-        self._tuning_version = memory.tuning_version
-        self._tuning = memory.tuning
-        self._executive.retune(self._repertoire.tuned(memory.tuning))
-        self._executive.recall(memory.executive, now_s)
-        self._perception.localiser.recall(memory.estimate)
-        self._upkeep.state = memory.upkeep.saved()
-        self._perception.held = memory.held
-        self._announced = memory.announced
-        if self._society is not None:
-            self._society.recall(memory.social)
-        if self._deliberation is not None and memory.mind is not None:
-            self._deliberation.recall(memory.mind, now_s)
-        self._meter = SensingMeter(
-            load_powers(), used_j=memory.sensing_used_j, saved_j=memory.sensing_saved_j
+    def _body_memory(self) -> BodyMemory:
+        return BodyMemory(
+            estimate=self._perception.localiser.memory(),
+            held=self._perception.held,
+            sensing_used_j=self._meter.used_j,
+            sensing_saved_j=self._meter.saved_j,
+            announced=self._announced,
         )
+
+    def _recall_mind(self, mind: AgentMind) -> None:
+        now_s = self._clock.now_s()
+        self._mailbox.recall(mind.mailbox, now_s)
+        self._verdicts = OrderedDict(mind.verdicts)
+        self._stale.recall(mind.stale)
+        self._tuning_version = mind.tuning_version
+        self._tuning = mind.tuning
+        self._executive.retune(self._repertoire.tuned(mind.tuning))
+        self._executive.recall(mind.executive, now_s)
+        self._upkeep.state = mind.upkeep.saved()
+        if self._society is not None:
+            self._society.recall(mind.social)
+        if self._deliberation is not None and mind.rules is not None:
+            self._deliberation.recall(mind.rules, now_s)
+
+    def _recall_body(self, body: BodyMemory) -> None:
+        self._perception.localiser.recall(body.estimate)
+        self._perception.held = body.held
+        self._announced = body.announced
+        self._meter = SensingMeter(load_powers(), used_j=body.sensing_used_j, saved_j=body.sensing_saved_j)
 
     @property
     def trace(self) -> Trace:

@@ -1,10 +1,15 @@
 """A robot's persistent memory: the state that it restores after a power failure.
 
-Kept: the current script with its progress, states of earlier scripts, answers, reports without a receipt, the tuning,
-the pose estimate. Not kept: sightings, tracked objects, the grid of its surroundings, the trace. All is JSON data.
+It has two parts: the agent's mind, which may go on in another body, and what belongs to the body. Kept: the current
+script with its progress, states of earlier scripts, answers, reports without a receipt, the tuning, rules, the pose
+estimate. Not kept: sightings, tracked objects, the grid of its surroundings, the trace, sensors' defects, which show
+again. All is JSON data.
 """
 
-from pydantic import ConfigDict, Field
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ConfigDict, Field, model_validator
 
 from robots.contract.memory import MailboxMemory, SocialMemory, StaleMemory
 from robots.data import Checked, Memory
@@ -63,23 +68,56 @@ class UpkeepMemory(Memory):
     began_s: float | None = None
 
 
-class RobotMemory(Checked):
-    """The whole memory. `verdicts`: script id to the reason of its refusal, None if it was accepted; `announced`: the
-    last factsheet; `social`: what it has still to say to other robots; `mind`: of the deliberative level, None without
-    one.
+class AgentMind(Checked):
+    """What belongs to the agent and not to its body: it goes on with this in any body that can do what it needs.
+
+    `executive`: the script with its place in it; `upkeep`: its own scripts' ids count on by it; `verdicts`: script id
+    to the reason of its refusal, None if it was accepted; `stale`: scripts that are not accepted any longer; `mailbox`:
+    answers to the service, and reports without a receipt; `social`: what is still to be said to other robots; `tuning`:
+    of packets; `rules`: of the deliberative level with the role and what was adopted as beliefs, None without one. Ids
+    of scripts and messages are part of it, so that nothing is done or told twice in another body.
     """
 
-    mailbox: MailboxMemory
     executive: ExecutiveMemory
+    upkeep: UpkeepMemory
     verdicts: dict[str, str | None]
     stale: StaleMemory
+    mailbox: MailboxMemory
+    social: SocialMemory = SocialMemory()
     tuning_version: int
     tuning: PacketTunings
+    rules: MindMemory | None = None
+
+
+class BodyMemory(Checked):
+    """What belongs to the body: where it believes to be, what it holds, the energy of its sensors.
+
+    `held`: what the jaws held when they were sensed last; `announced`: the last factsheet, which says what the body is.
+    """
+
     estimate: EstimateMemory
-    upkeep: UpkeepMemory
+    held: str | None = None
     sensing_used_j: float
     sensing_saved_j: float
-    held: str | None = None
     announced: Factsheet | None = None
-    social: SocialMemory = SocialMemory()
-    mind: MindMemory | None = None
+
+
+class RobotMemory(Checked):
+    """The whole memory. `body`: None for a mind that begins in a body that it was not in before.
+
+    Memories of earlier versions, which did not tell the two apart, are read as well.
+    """
+
+    mind: AgentMind
+    body: BodyMemory | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_earlier(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or "executive" not in data:
+            return data
+        stated = {**data, "rules": data.get("mind")}
+        return {
+            part: {name: stated[name] for name in fields if name in stated}
+            for part, fields in (("mind", AgentMind.model_fields), ("body", BodyMemory.model_fields))
+        }

@@ -41,7 +41,7 @@ def sent(world: FakeWorld, service: Service, rules: RuleSet) -> tuple[Performati
 
 
 def believed(world: FakeWorld) -> set[str]:
-    memory = world.agents["fred"].memory().mind
+    memory = world.agents["fred"].memory().mind.rules
     assert memory is not None
     return {text for some in memory.beliefs.values() for text in some}
 
@@ -123,9 +123,10 @@ def test_a_role_that_is_sent_is_believed_and_lasts_until_it_is_sent_no_more() ->
     _, played = sent(world, service, RuleSet(version=2, files=files, role="guard"))
     assert (played.role, believed(world)) == ("guard", {"on_duty"})
     memory = RobotMemory.model_validate_json(world.agents["fred"].memory().model_dump_json())
-    assert memory.mind is not None
+    rules = memory.mind.rules
+    assert rules is not None
     restored = mind(world.agents["fred"].profile)
-    restored.recall(memory.mind, 9.0)
+    restored.recall(rules, 9.0)
     assert restored.role == "guard"
     assert Term("role", ("guard",)) in restored.agents[0].beliefs
     _, ended = sent(world, service, RuleSet(version=3, files=files))

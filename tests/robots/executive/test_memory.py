@@ -1,10 +1,15 @@
 """A robot whose power fails goes on where it stood, by what its flash memory holds."""
 
+import json
+from dataclasses import replace
+
 import pytest
 
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.memory import RobotMemory
+from robots.executive.mind_memory import MindMemory
 from robots.link import InMemoryLink
+from robots.perception.localisation import EstimateMemory
 from robots.physical.body import Pose
 from robots.repertoire import load_repertoire
 from robots.wire import (
@@ -21,7 +26,7 @@ from robots.wire import (
     StatusQuery,
     StatusReport,
 )
-from tests.robots.fake_world import FakeWorld
+from tests.robots.fake_world import FakeBody, FakeWorld
 from tests.robots.stories import EAST, SOUTH, Service, carry, packet, room, run, run_for, script
 
 START = Pose(x_m=4.0, y_m=1.5, heading_rad=EAST)
@@ -44,6 +49,12 @@ def restart(world: FakeWorld, service: Service, **changes: object) -> None:
         memory=memory,
         **changes,  # type: ignore[arg-type]
     )
+
+
+def estimate(world: FakeWorld) -> EstimateMemory:
+    body = world.agents["fred"].memory().body
+    assert body is not None
+    return body.estimate
 
 
 def answer_to(service: Service, request: Message) -> Message:
@@ -195,9 +206,9 @@ def test_a_robot_still_knows_where_it_is() -> None:
     service = robot(world)
     service.order(script("fred", packet("NAVIGATE", ref2="door")))
     run_for(world, [service], 3)
-    before = world.agents["fred"].memory().estimate
+    before = estimate(world)
     restart(world, service)
-    assert world.agents["fred"].memory().estimate == before
+    assert estimate(world) == before
     run_for(world, [service], 0.2)
     last = service.telemetry[-1]
     assert abs(complex(last.x_m, last.y_m) - world.bodies["fred"].at) < 0.05
@@ -212,8 +223,8 @@ def test_tuning_is_kept_with_its_version() -> None:
     restart(world, service)
     service.send(Retune(version=2, tuning={}))  # an old one, late: it changes nothing
     run_for(world, [service], 0.2)
-    memory = world.agents["fred"].memory()
-    assert (memory.tuning_version, memory.tuning) == (3, gentle)
+    mind = world.agents["fred"].memory().mind
+    assert (mind.tuning_version, mind.tuning) == (3, gentle)
 
 
 def test_a_robot_on_its_way_to_its_charger_goes_on_and_counts_its_own_scripts_on() -> None:
@@ -221,11 +232,11 @@ def test_a_robot_on_its_way_to_its_charger_goes_on_and_counts_its_own_scripts_on
     service = robot(world, home="yard")
     world.bodies["fred"].battery = 0.2
     run_for(world, [service], 1)
-    before = world.agents["fred"].memory()
+    before = world.agents["fred"].memory().mind
     assert before.upkeep.count == 1
     restart(world, service)
     run_for(world, [service], 1)
-    after = world.agents["fred"].memory()
+    after = world.agents["fred"].memory().mind
     assert after.upkeep == before.upkeep
     assert before.executive.script is not None
     assert after.executive.script is not None
@@ -253,3 +264,50 @@ def test_memory_is_data_that_json_holds_to_the_last_bit(after_s: float) -> None:
     run_for(world, [service], after_s)
     memory = world.agents["fred"].memory()
     assert RobotMemory.model_validate_json(memory.model_dump_json()) == memory
+
+
+@pytest.mark.parametrize("has_rules", [False, True])
+def test_a_memory_of_earlier_versions_in_one_piece_is_read(has_rules: bool) -> None:
+    world = room({"sample": 1 + 0.4j})
+    service = robot(world, Pose(x_m=1, y_m=1.2, heading_rad=SOUTH), receipts=False)
+    service.order(carry("fred", "sample", "door", "yard"))
+    run_for(world, [service], 3.0)
+    memory = world.agents["fred"].memory()
+    rules = MindMemory(version=4, files={"guard": "AGENT guard;"}) if has_rules else None
+    memory = memory.model_copy(update={"mind": memory.mind.model_copy(update={"rules": rules})})
+    now = memory.model_dump(mode="json")
+    earlier = {**now["mind"], **now["body"], "mind": now["mind"]["rules"]}
+    del earlier["rules"]
+    assert RobotMemory.model_validate_json(json.dumps(earlier)) == memory
+
+
+def test_a_mind_goes_on_with_its_script_in_another_body_and_does_and_tells_nothing_twice() -> None:
+    world = room({"sample": 1 + 0.4j})
+    service = robot(world, Pose(x_m=4, y_m=1.2, heading_rad=SOUTH), receipts=False)
+    request = service.order(carry("fred", "sample", "door", "yard"))
+    assert run(world, [service], lambda: ("NAVIGATE", PacketState.RUNNING) in service.packets)
+    run_for(world, [service], 0.5)
+    told = {one.id for one in service.heard if isinstance(one.body, PacketReport)}
+    memory = world.agents["fred"].memory()
+    there = world.agents["fred"].profile
+    service.link, theirs = InMemoryLink.pair()
+    body = world.bodies["fred"] = FakeBody(world, "fred", Pose(x_m=1.5, y_m=1.8, heading_rad=EAST))
+    world.agents["fred"] = BehaviouralAgent(
+        profile=replace(there, start=Pose(x_m=1.5, y_m=1.8, heading_rad=EAST)),
+        body=body,
+        link=theirs,
+        clock=world.clock,
+        memory=RobotMemory.model_validate_json(RobotMemory(mind=memory.mind).model_dump_json()),
+    )
+    service.receipts = True
+    service.heard.clear()
+    service.link.send(request)
+    assert run(world, [service], lambda: service.report is not None)
+    assert service.report is not None
+    assert service.report.state is ScriptState.FINISHED
+    assert abs(world.samples["sample"] - (5.4 + 1.2j)) < 0.1
+    begun = {one.id: one.body for one in service.heard if isinstance(one.body, PacketReport)}
+    assert told <= begun.keys(), "what had no receipt is told again under its own id"
+    tags = [one.packet_id for one in begun.values() if one.state is PacketState.RUNNING]
+    assert len(tags) == len(set(tags)) == 4
+    assert answer_to(service, request).performative == "agree"
