@@ -7,6 +7,8 @@ from typing import Any, TypeVar
 import httpx2
 
 LOOK_S = 0.02
+LONGEST_LOOK_S = 0.08
+"""Of a wait for what a service tells: a request takes some 10 ms of CPU, which the service itself lacks meanwhile."""
 LONG_S = 60.0
 ENDED = ("completed", "partially_completed", "failed", "cancelled")
 """The states that a mission ends in. It may be `unknown` before: the fake world's time goes on while a busy machine
@@ -28,9 +30,11 @@ def until(
 def awaited(read: Callable[[], Thing], holds: Callable[[Thing], object], within_s: float = LONG_S) -> Thing:
     """Read something until it is so; that reading."""
     give_up = time.monotonic() + within_s
+    look_s = LOOK_S
     while not holds(thing := read()):
         assert time.monotonic() < give_up, thing
-        time.sleep(LOOK_S)
+        time.sleep(look_s)
+        look_s = min(1.2 * look_s, LONGEST_LOOK_S)
     return thing
 
 
