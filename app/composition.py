@@ -61,7 +61,7 @@ from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
 from app.planning.waiting_goals import WaitingGoals
-from app.recordings import Recorder, RecordingStore
+from app.recordings import MindSampler, Recorder, RecordingStore
 from app.settings import Settings, lock_folder
 from app.store import Database
 from app.store.editions import WorldDirectory
@@ -98,6 +98,8 @@ logger = logging.getLogger(__name__)
 __all__ = ["RunningWorld", "Service", "make_engine"]
 
 WEB = Path(__file__).parent.parent / "web" / "static"
+CHEAP_ROUND_TRIP_S = 1.0
+"""Recordings have the minds of robots whose radio takes at most this long there and back."""
 
 
 class Service:
@@ -383,7 +385,16 @@ class Service:
             clocks=self.clocks,
             bodies=recorded_bodies(self.worlds, self.plans),
             executors=self.executors,
+            minds=MindSampler(self.questions, is_cheap=self._answers_cheaply),
         )
+
+    def _answers_cheaply(self, robot: str) -> bool:
+        """True of a robot whose radio is always in contact and takes a second at most there and back."""
+        for file in self._files.values():
+            if robot in file.robots_by_name:
+                link = file.link_of(file.robot(robot))
+                return not link.contacts and link.round_trip_s <= CHEAP_ROUND_TRIP_S
+        return False
 
     def _listen(self, world: RunningWorld) -> None:
         """Receive from a world's fleet; what others publish in robots' names is noticed before."""

@@ -511,6 +511,7 @@ type RecordedPose = [at_s: number, x_m: number, y_m: number, heading_rad: number
 interface RecordedEvent {
   at_s: number;
   type: string;
+  subject?: string;
   data?: EventData;
 }
 
@@ -518,6 +519,7 @@ interface Replay {
   world: { layout: WorldLayout };
   robots: Record<string, RecordedPose[]>;
   telemetry?: Record<string, { at_s: number }[]>;
+  minds?: Record<string, Mind[]>;
   missions: { at_s: number; mission: Mission }[];
   samples: { at_s: number; lying: Record<string, string> }[];
   results?: RecordedResult[];

@@ -140,6 +140,9 @@ interface Recording {
   results: RecordedResult[];
   robots(time: number): Record<string, RobotTelemetry>;
   samples(time: number): Map<string, string>;
+  /** The robots of which minds were recorded. */
+  minds: string[];
+  mind(robot: string, time: number): Mind | null;
   mission(time: number): Mission | null;
   event(time: number): number;
 }

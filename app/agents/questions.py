@@ -79,20 +79,34 @@ class Questions:
             question.answer.set_result(message.body)
         return question is not None or isinstance(message.body, TraceReport | MindReport)
 
-    def _ask(self, question: Question) -> Body:
+    def begin_mind(self, robot: str) -> Question | None:
+        """Ask for the robot's mind without waiting for `Question.answer`; None if too many questions to it are open."""
+        question = Question(robot=robot, body=MindQuery())
+        return question if self._open_question(question) else None
+
+    def withdraw(self, question: Question) -> None:
+        """Do not await its answer any longer."""
+        with self._lock:
+            self._open.pop(question.id, None)
+            if question in self._unsent:
+                self._unsent.remove(question)
+
+    def _open_question(self, question: Question) -> bool:
         with self._lock:
             if sum(one.robot == question.robot for one in self._open.values()) >= MAX_OPEN:
-                detail = f"{MAX_OPEN} questions to {question.robot} are open; ask again when it has answered"
-                raise Busy(detail, code="too-many-questions")
+                return False
             self._unsent.append(question)
             self._open[question.id] = question
+        return True
+
+    def _ask(self, question: Question) -> Body:
+        if not self._open_question(question):
+            detail = f"{MAX_OPEN} questions to {question.robot} are open; ask again when it has answered"
+            raise Busy(detail, code="too-many-questions")
         try:
             return question.answer.result(self._patience_s)
         except TooLate:
             detail = f"{question.robot} has not answered within {self._patience_s:g} s; ask again when it is online"
             raise Silent(detail) from None
         finally:
-            with self._lock:
-                self._open.pop(question.id, None)
-                if question in self._unsent:
-                    self._unsent.remove(question)
+            self.withdraw(question)

@@ -52,6 +52,9 @@ class ReplayBody(BaseModel):
     telemetry: dict[str, list[dict[str, Any]]] = Field(
         description="by name, the other telemetry of the mission's own robots, once a second"
     )
+    minds: dict[str, list[dict[str, Any]]] = Field(
+        description="by name, what robots with rules believed and were committed to, each from `at_s` on"
+    )
     missions: list[dict[str, Any]] = Field(description="the mission's states, each from `at_s` on")
     plans: dict[str, Any] = Field(description="all plans that were made for its goal, by id")
     scripts: dict[str, Any] = Field(description="its robots' scripts, by id")

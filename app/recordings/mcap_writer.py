@@ -3,9 +3,9 @@
 Topics: `/tf` (foxglove.FrameTransforms: each robot in the frame `world`, each sample there or in the frame of the robot
 that holds it), `/poses/ROBOT` (foxglove.PoseInFrame, of the mission's own robots) and `/images/ROBOT/CAMERA`
 (foxglove.CompressedImage), for any viewer of the Foxglove schemas; `/robots/ROBOT` (telemetry; of robots outside the
-mission only `BRIEF_FIELDS`), `/events`, `/goal`, `/mission`, `/numbers`, `/plan`, `/results`, `/script` and `/world` as
-JSON in the API's form, and `/samples`, the samples' believed places. Log times are the world's clock, publish times the
-wall clock; both in nanoseconds.
+mission only `BRIEF_FIELDS`), `/minds/ROBOT`, `/events`, `/goal`, `/mission`, `/numbers`, `/plan`, `/results`, `/script`
+and `/world` as JSON in the API's form, and `/samples`, the samples' believed places. Log times are the world's clock,
+publish times the wall clock; both in nanoseconds.
 """
 
 import json
@@ -35,6 +35,7 @@ NANO = 1_000_000_000
 ROBOTS = "/robots/"
 EVENTS = "/events"
 GOAL = "/goal"
+MINDS = "/minds/"
 MISSION = "/mission"
 NUMBERS = "/numbers"
 PLAN = "/plan"

@@ -6,8 +6,8 @@ from typing import Any
 
 from app.agents.robot_board import RobotView
 from app.domain.events import MissionEnded
-from app.recordings.mcap_writer import EVENTS, GOAL, MISSION, NUMBERS, SAMPLES, McapWriter
-from robots.wire import Telemetry
+from app.recordings.mcap_writer import EVENTS, GOAL, MINDS, MISSION, NUMBERS, SAMPLES, McapWriter
+from robots.wire import MindReport, Telemetry
 
 ENDINGS = frozenset(MissionEnded.types())
 OTHERS_INTERVAL_S = 1.0
@@ -62,6 +62,14 @@ class MissionRecording:
         if self._last.get(NUMBERS) != numbers:
             self._last[NUMBERS] = numbers
             self.writer.write_json(NUMBERS, numbers, at_s)
+
+    def write_mind(self, robot: str, report: MindReport) -> None:
+        """Write what the robot believes and is committed to, if that has changed."""
+        topic = MINDS + robot
+        told = report.model_dump(mode="json", exclude={"kind", "at_s"})
+        if self._last.get(topic) != told:
+            self._last[topic] = told
+            self.writer.write_json(topic, {"at_s": report.at_s, **told}, report.at_s)
 
     def write_robots(self, views: Mapping[str, RobotView]) -> None:
         """Write the new telemetry of the world's robots."""

@@ -12,6 +12,7 @@ from app.domain.events import FactsChanged, NumbersChanged, ResultReceived, Worl
 from app.domain.lifecycles.mission import ENDED
 from app.recordings.clock_map import ClockMap
 from app.recordings.mcap_writer import GOAL, MISSION, PLAN, SCRIPT, WORLD
+from app.recordings.mind_sampler import MindSampler
 from app.recordings.mission_reader import MissionReader, MissionRecord, names_in
 from app.recordings.mission_recording import MissionRecording
 from app.recordings.recording_store import RecordingStore
@@ -65,6 +66,7 @@ class Recorder:
         clocks: Mapping[str, Clock],
         bodies: RecordedBodies,
         executors: ExecutorRegistry,
+        minds: MindSampler,
     ) -> None:
         """:param executors: this process records the worlds that it drives; other processes record the others."""
         self._events = core.events
@@ -73,6 +75,7 @@ class Recorder:
         self._recordings = recordings
         self._clock_map = ClockMap(clocks)
         self._bodies = bodies
+        self._minds = minds
         self._drives = executors.holds_lease
         self._open: dict[str, MissionRecording] = {}
         self._last_seq = 0
@@ -109,6 +112,7 @@ class Recorder:
                 self._clock_map.read()
                 self._record_events()
                 self._record_robots()
+                self._record_minds()
                 self._close_ended()
                 if self._recordings.is_measurement_due:
                     self._recordings.delete_oldest(keep=frozenset(self._open))
@@ -159,6 +163,8 @@ class Recorder:
                 counted.add(row.subject)
             elif row.type == WorldChanged.TYPE:
                 self._write_world(row.subject)
+            elif row.type.startswith("rules."):
+                self._minds.rules_changed(row.subject)
         open_worlds = {one.world for one in self._open.values()}
         for world in filter(self._clock_map.knows, counted & open_worlds):
             numbers = self._bodies.numbers(world)
@@ -248,6 +254,14 @@ class Recorder:
         views = self._board.views() if self._open else {}
         for recording in self._open.values():
             recording.write_robots(views)
+
+    def _record_minds(self) -> None:
+        """Record what robots believe and are committed to."""
+        robots = frozenset[str]().union(*(one.robots for one in self._open.values()))
+        for name, report in self._minds.reports(robots):
+            for recording in self._open.values():
+                if name in recording.robots:
+                    recording.write_mind(name, report)
 
     def _close_ended(self) -> None:
         for mission_id in [one.mission for one in self._open.values() if one.is_over]:

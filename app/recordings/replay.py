@@ -13,6 +13,7 @@ from app.recordings.mcap_writer import (
     EVENTS,
     GOAL,
     IMAGES,
+    MINDS,
     MISSION,
     NANO,
     NUMBERS,
@@ -36,7 +37,8 @@ class Replay:
     """What happened, on the world's clock.
 
     `robots`: by name, rows of `[at_s, x_m, y_m, heading_rad, holding, packet_tag]`; `telemetry`: by name, the other
-    telemetry of the mission's own robots. `missions`: the mission's states, each from `at_s` on; `goal`: its last
+    telemetry of the mission's own robots; `minds`: what those with rules believed and were committed to, each from its
+    `at_s` on. `missions`: the mission's states, each from `at_s` on; `goal`: its last
     state; `plans`: all plans made for it, and `scripts`: the robots' scripts, by id; `samples`: the samples' believed
     places, each from `at_s` on; `numbers`: the values of the world's numeric facts, likewise; `results`: what packets
     brought, images with their content as a `data:` address in `image`; `events`: all events, in order.
@@ -46,6 +48,7 @@ class Replay:
     goal: dict[str, Any] = field(default_factory=dict)
     robots: dict[str, list[list[Any]]] = field(default_factory=dict)
     telemetry: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    minds: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     missions: list[dict[str, Any]] = field(default_factory=list)
     plans: dict[str, Any] = field(default_factory=dict)
     scripts: dict[str, Any] = field(default_factory=dict)
@@ -63,6 +66,8 @@ def replay_of(entries: Iterable[Entry]) -> Replay:
     for topic, body, at_s in _entries(entries):
         if topic.startswith(ROBOTS):
             _add_robot(replay, topic.removeprefix(ROBOTS), body, at_s)
+        elif topic.startswith(MINDS):
+            replay.minds.setdefault(topic.removeprefix(MINDS), []).append(body)
         elif topic == EVENTS:
             replay.events.append({"at_s": at_s, **body})
         elif topic == MISSION:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 ENTRY = "replay/standalone.js"
-STYLES = ("base", "layout", "plan", "world", "map", "replay", "results")
+STYLES = ("base", "layout", "plan", "world", "map", "replay", "results", "speech", "workbench")
 IMPORT = re.compile(r'(?<= from )"(\.[^"]+)"')
 
 

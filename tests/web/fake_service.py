@@ -124,6 +124,7 @@ class FakeService:
             "comment": "",
             "decided_by": None,
         }
+        self.recorded_minds: dict[str, list[dict[str, Any]]] = {}
         self.said: list[dict[str, Any]] = []
         """What the robots of the mission have said."""
         self.role: dict[str, Any] = {
@@ -386,6 +387,7 @@ class FakeService:
             "telemetry": {
                 "yard_1": [{"at_s": start_s, "battery": 0.8}, {"at_s": start_s + 20, "battery": 0.6}]
             },
+            "minds": self.recorded_minds,
             "samples": [
                 {"at_s": start_s, "lying": lying},
                 {"at_s": start_s + 10, "lying": lying | {"sample_1": "yard_1"}},
@@ -400,6 +402,10 @@ class FakeService:
                 },
                 {"at_s": start_s + 10, **change},
                 {"at_s": start_s + 20, **change},
+                *(
+                    {"at_s": one["at_s"], "type": "speech.heard", "subject": mission_id, "data": one}
+                    for one in self.said
+                ),
                 {"at_s": start_s + 39, "type": "mission.completed", "subject": mission_id, "data": {}},
             ],
         }

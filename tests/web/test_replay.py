@@ -1,6 +1,7 @@
 """Replaying a past mission on the console."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -148,3 +149,42 @@ def test_a_recordings_results_appear_when_they_came(page: Page, service: FakeSer
     expect(large.get_by_role("img")).to_be_visible()
     page.keyboard.press("Escape")
     expect(large).to_have_count(0)
+
+
+def thinks(at_s: float, *beliefs: str) -> dict[str, Any]:
+    told = [
+        {"term": one, "value": True, "origin": "adopted", "source": "guard:2", "words": "", "since_s": at_s}
+        for one in beliefs
+    ]
+    fired = {"rule": "guard:2", "name": "adoptBelief(on_duty)", "towards": "", "bindings": {}, "words": ""}
+    commitments = [fired | {"made_s": at_s, "state": "fulfilled", "reason": None}] if beliefs else []
+    agent = {"name": "guard", "roles": [], "beliefs": told, "belief_count": len(told)}
+    agent |= {"commitments": commitments, "commitment_count": len(commitments)}
+    return {"at_s": at_s, "agents": [agent], "conversations": []}
+
+
+def test_mind_and_messages_are_shown_as_of_the_scrubbed_instant(page: Page, service: FakeService) -> None:
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    start_s = service.missions["mission-1"]["started_at_s"]
+    service.recorded_minds = {"yard_1": [thinks(start_s + 5), thinks(start_s + 20, "on_duty")]}
+    service.say("mission-1", "yard_1", "store_1", "ended(mission-1-store_1, a4)", start_s + 18)
+    service.complete("mission-1")
+    page.get_by_test_id("mission-replay").click()
+    minds = page.get_by_test_id("replay-minds")
+    minds.locator("summary").click()
+    expect(minds).to_contain_text("Nothing of its mind was recorded yet.")
+    speech = page.get_by_test_id("replay-speech")
+    speech.locator("summary").click()
+    expect(speech).to_contain_text("Nothing was said.")
+    scrub(page, 10)
+    expect(minds).to_contain_text("No rule has fired.")
+    scrub(page, 18.1)
+    expect(speech.locator("[data-saying]")).to_have_count(1)
+    scrub(page, 25)
+    expect(minds.get_by_role("row", name="✓ on_duty")).to_contain_text("5.0 s")
+    expect(minds).to_contain_text("guard:2")
+    expect(speech.locator("[data-saying]")).to_have_count(2)
+    scrub(page, 10)
+    expect(minds).to_contain_text("No rule has fired.")
+    expect(speech).to_contain_text("Nothing was said.")

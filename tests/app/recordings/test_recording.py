@@ -15,7 +15,7 @@ from app.domain.errors import NotFound
 from app.recordings import RecordingStore, replay_of
 from app.recordings.mcap_writer import CHUNK_BYTES, EVENTS, MISSION, PLAN, WORLD
 from app.recordings.mission_recording import MissionRecording
-from robots.wire import Telemetry
+from robots.wire import MindReport, Telemetry, ToldAgent, ToldBelief
 
 MB = 1_000_000
 
@@ -210,3 +210,15 @@ def test_there_is_no_recording_of_what_was_not_recorded(store: RecordingStore, n
     record(store)
     with pytest.raises(NotFound, match="no recording"):
         list(store.entries(name))
+
+
+def test_a_mind_is_recorded_when_it_has_changed(store: RecordingStore) -> None:
+    recording = MissionRecording("mission-1", store.new_part("mission-1"), "store")
+    on_duty = ToldBelief(term="on_duty", value=True, origin="adopted", since_s=2.0)
+    for at_s, beliefs in ((1.0, ()), (2.0, (on_duty,)), (3.0, (on_duty,)), (4.0, ())):
+        report = MindReport(at_s=at_s, agents=(ToldAgent(name="guard", beliefs=beliefs),))
+        recording.write_mind("yard_1", report)
+    recording.writer.close()
+    rows = replay_of(store.entries("mission-1")).minds["yard_1"]
+    assert [row["at_s"] for row in rows] == [1.0, 2.0, 4.0]
+    assert rows[1]["agents"][0]["beliefs"][0]["term"] == "on_duty"

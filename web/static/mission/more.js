@@ -36,7 +36,7 @@ function mountSpeech() {
     const { id: name, world } = mission;
     requestedAt = performance.now();
     try {
-      const [{ createConversation }, { sayingsOf }, said, agents] = await Promise.all([import("../speech/conversation.js"), import("../speech/sayings.js"), list(`/v1/missions/${id(name)}/conversation`), list("/v1/robots")]);
+      const [{ createConversation }, { sayingsOf }, said, agents] = await Promise.all([import("../speech/conversation.js"), import("../speech/sayings.js"), list(`/v1/missions/${id(name)}/conversation`), list("/v1/robots"), import("../speech/style.js").then((part) => part.fetchSpeechStyle())]);
       if (mission?.id !== name) return;
       conversation ??= createConversation();
       if (!conversation.node.isConnected) replace(body, conversation.node);

@@ -1,8 +1,11 @@
-// Plays a recording at a chosen speed or scrubbed, in the plan's picture and on a map together, beside the list of its events.
+// Plays a recording at a chosen speed or scrubbed, in the plan's picture and on a map together, beside the list of its events,
+// what robots said and what they believed.
 
 import { resultList } from "../mission/results.js";
 import { el, show, svg } from "../page/dom.js";
 import { seconds, words } from "../page/format.js";
+import { createMessages } from "./messages.js";
+import { createMinds } from "./minds.js";
 
 const SPEEDS = [1, 2, 5, 10, 20, 50];
 
@@ -22,6 +25,8 @@ export function createControls({ recording, drawing, picture, more = [], onSeek 
     seek(at, index);
   });
   const results = el("div");
+  const minds = createMinds(recording);
+  const messages = createMessages(recording);
   let shown = 0;
   const clock = el("span", { class: "number", "data-testid": "replay-clock" });
   const slider = el("input", { type: "range", min: 0, max: duration, step: 0.1, "aria-label": "Time", "data-testid": "replay-time", title: "Arrow keys: a second; Page keys: an event; Space: play", onkeydown: onKey });
@@ -45,6 +50,8 @@ export function createControls({ recording, drawing, picture, more = [], onSeek 
     clock.textContent = `${seconds(time - recording.from)} of ${seconds(duration)}`;
     slider.setAttribute("aria-valuetext", clock.textContent);
     events.show(time, eventIndex);
+    minds.show(time);
+    messages.show(time);
     const brought = recording.results.filter((one) => one.at_s <= time);
     if (brought.length !== shown) show(results, resultList(brought, (/** @type {RecordedResult} */ one) => one.image ?? "", (one) => seconds(one.at_s - recording.from)));
     shown = brought.length;
@@ -90,7 +97,7 @@ export function createControls({ recording, drawing, picture, more = [], onSeek 
   seek(recording.from);
   const line = el("div", { class: "time-line" }, slider, events.marks);
   const row = el("div", { class: "row player-row" }, button, jump("‹", "Event before", -1), jump("›", "Next event", 1), line, clock, speed, more);
-  return { nodes: [row, results, events.list], pause, focus: () => button.focus({ preventScroll: true }) };
+  return { nodes: [row, results, events.list, minds.node, messages.node], pause, focus: () => button.focus({ preventScroll: true }) };
 }
 
 /** The class of an event's mark, by the first word of its type. @type {Record<string, string>} */

@@ -16,6 +16,11 @@ export function createRecording(replay) {
       return Object.fromEntries(started.map(([name, rows]) => [name, { ...lastRow(replay.telemetry?.[name] ?? [], time), ...pose(rows, time), at_s: time }]));
     },
     samples: (time) => new Map(Object.entries(lastRow(replay.samples, time)?.lying ?? {})),
+    minds: Object.keys(replay.minds ?? {}),
+    mind(robot, time) {
+      const rows = replay.minds?.[robot] ?? [];
+      return rows[lastIndex(rows, (row) => row.at_s, time)] ?? null; // nothing is known before the first
+    },
     mission: (time) => lastRow(replay.missions, time)?.mission ?? null,
     // The index in `events` of the last one until `time`; -1 before the first.
     event: (time) => lastIndex(replay.events, (row) => row.at_s, time),

@@ -1,18 +1,14 @@
 // Messages as a sequence diagram or a table, of all conversations or of one, with the words of the one that is looked at.
 
-import { closest, el, fetchStyle, show } from "../page/dom.js";
+import { closest, el, show } from "../page/dom.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { drawDiagram, speakers, spoken } from "./diagram.js";
 import { fate, merged } from "./sayings.js";
 
 const MAX_SHOWN = 200;
 const KEEP_BELOW_PX = 40;
-/** @type {Promise<unknown> | undefined} */
-let style;
-
 /** @returns {Conversation} */
 export function createConversation() {
-  style ??= fetchStyle("style/speech.css");
   const views = ["diagram", "table"];
   const buttons = views.map((name) => el("button", { type: "button", "data-testid": `speech-${name}`, onclick: () => setView(name) }, name === "table" ? "Table" : "Diagram"));
   const who = el("select", { "aria-label": "Speaker", "data-testid": "speech-who", onchange: draw });

@@ -5,12 +5,14 @@ import { el, replace } from "../page/dom.js";
 import { newestFirst } from "../page/format.js";
 import { createConversation } from "../speech/conversation.js";
 import { sayingsOf, sayingsOfEvent } from "../speech/sayings.js";
+import { fetchSpeechStyle } from "../speech/style.js";
 
 const MAX_MISSIONS = 4;
 const MAX_LIVE = 1000;
 
 /** @param {Element} root @param {Store} store @returns {WorkbenchPart} */
 export function mountMessages(root, store) {
+  fetchSpeechStyle();
   const conversation = createConversation();
   /** By mission. @type {Map<string, Saying[]>} */
   const recorded = new Map();
