@@ -11,9 +11,19 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.mishaps.acts import SENSOR_FAULTS, jaws_fail, jaws_mended, knocked, mended, sensor
+from benchmarks.mishaps.acts import (
+    SENSOR_FAULTS,
+    hidden,
+    jaws_fail,
+    jaws_mended,
+    knocked,
+    mended,
+    sensor,
+    shown,
+)
 from benchmarks.mishaps.cases import Case
 from benchmarks.mishaps.trial import OUTCOMES, Outcome, Trial
+from benchmarks.mishaps.undertakings import errand
 from robots.world.rule_files import shipped_rules
 from sim.trials.parallel import run_parallel
 
@@ -34,7 +44,22 @@ def regrip_cases() -> Sequence[Case]:
     )
 
 
-CASES: Mapping[str, Callable[[], Sequence[Case]]] = {"regrip": regrip_cases}
+def search_cases() -> Sequence[Case]:
+    work = errand()
+    return (
+        Case(name="sample knocked 1 m", during="NAVIGATE", do=knocked(1.0)),
+        Case(name="sample hidden for good", during="NAVIGATE", do=hidden(work.sample)),
+        Case(
+            name="sample hidden 10 s",
+            during="DOCK",
+            do=hidden(work.sample),
+            undo=shown(work.sample),
+            undo_s=10.0,
+        ),
+    )
+
+
+CASES: Mapping[str, Callable[[], Sequence[Case]]] = {"regrip": regrip_cases, "search": search_cases}
 
 
 def rules_of(name: str, variant: str) -> Mapping[str, str] | None:

@@ -20,8 +20,11 @@ DOMAINS: Mapping[str, Callable[[Percepts], Iterable[str]]] = {
     "places": lambda percepts: percepts.profile.places,
     "robots": lambda percepts: percepts.profile.others,
     "me": lambda percepts: (percepts.me,),
+    "wanted": lambda percepts: percepts.data.wanted,
 }
-"""What a perceptor's variable may range over: objects that are tracked, places of the map, other robots, the robot."""
+"""What a perceptor's variable may range over: objects that are tracked, places of the map, other robots, the robot, and
+what the current packet of a script names, as it has put it into the mutual data store.
+"""
 OF_A_PACKET = (Advanced, AtRest, Commanded, Elapsed, Faster, NotDriven, Raised, Travelled, Turned)
 """Conditions on the packet under way: its events say the same to rules."""
 OF_A_PACKET_WORDS = frozenset(one.variant_name for one in OF_A_PACKET)

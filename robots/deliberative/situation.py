@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from robots.deliberative.terms import Term
 from robots.deliberative.vocabulary import DOING, GIVEN, HAS_SCRIPT, LAST_SEEN
+from robots.executive.packet_run import MISSING
 from robots.perception.percepts import SIGHT, Percepts
 from robots.reactive.stall import MET, MISSED, STUCK
 
@@ -14,6 +15,7 @@ TAKES_OVER: Mapping[str, str] = {
     "unstuck": STUCK,
     "give_way": MET,
     "regrip": MISSED,
+    "search": MISSING,
 }
 """By agent, the event of a packet on which it acts in place of the packet's own retries and limits."""
 
@@ -39,7 +41,7 @@ def known_of(task: Task | None, percepts: Percepts | None) -> frozenset[Term]:
     known += [Term(GIVEN, one) for one in task.arguments.items()]
     if percepts is not None and percepts.data.holds(SIGHT):
         for name in task.arguments.values():
-            cursor = percepts.cursors.get(name)
-            if cursor is not None and not percepts.sees(name):
-                known.append(Term(LAST_SEEN, (name, round(cursor.at.real, 1), round(cursor.at.imag, 1))))
+            last = percepts.last_seen.get(name)
+            if last is not None and not percepts.sees(name):
+                known.append(Term(LAST_SEEN, (name, round(last.at.real, 1), round(last.at.imag, 1))))
     return frozenset(known)

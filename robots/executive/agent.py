@@ -195,7 +195,7 @@ class BehaviouralAgent:
         if percepts is not None:
             percepts.drive_command = self._teleoperation.command(now_s)
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
-        self._sensory.run((*self._beside(), *one_shots))
+        self._sensory.run((*self._beside(), *one_shots), self._executive.wanted)
         self._announce(now_s)
         self._send_reports(now_s)
         self._send_telemetry(now_s)

@@ -122,6 +122,13 @@ class Executive:
         return self._machine[run.packet.id, run.phase]
 
     @property
+    def wanted(self) -> tuple[str, ...]:
+        """What the current packet of the script names but its relations, to be looked for; nothing without one."""
+        run = self.current
+        given = {} if run is None else run.packet.arguments
+        return tuple(dict.fromkeys(value for name, value in given.items() if not name.startswith("rel")))
+
+    @property
     def left_s(self) -> float:
         """Seconds until the current script should end, by its schedule from the current packet on; 0 without one.
 
@@ -264,9 +271,8 @@ class Executive:
             return "no packet is under way"
         if run.grips:
             return f"{run.packet.tag} moves the jaws"
-        self._apply(
-            run, run.fail(FailureCategory.ROBOT, f"was given up: {reason}", percepts), percepts, now_s
-        )
+        category = FailureCategory.WORLD_CHANGED if run.is_missing_something else FailureCategory.ROBOT
+        self._apply(run, run.fail(category, f"was given up: {reason}", percepts), percepts, now_s)
         return None
 
     def _prepare(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:

@@ -89,6 +89,11 @@ class PacketRun:
         return self._grips and self.state is PacketState.RUNNING and not self._yields
 
     @property
+    def is_missing_something(self) -> bool:
+        """True while it waits, and what it expects is not where it is to start."""
+        return self._astray_s > 0
+
+    @property
     def phase(self) -> Phase:
         """The current actuator action."""
         if self.state in (PacketState.WAITING, PacketState.INITIALIZING):

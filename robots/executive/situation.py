@@ -41,8 +41,8 @@ def _sighting(percepts: Percepts, name: str) -> str:
     if sighting is not None:
         return f"sees {name} {sighting.range_m:.2f} m off at {sighting.bearing_rad:+.2f} rad"
     if name in percepts.last_seen:
-        at_s, range_m = percepts.last_seen[name]
-        return f"{name} not seen for {percepts.time_s - at_s:.0f} s, last {range_m:.2f} m off"
+        last = percepts.last_seen[name]
+        return f"{name} not seen for {percepts.time_s - last.at_s:.0f} s, last {last.range_m:.2f} m off"
     return f"{name} never seen" if name in percepts.profile.beacons else ""
 
 

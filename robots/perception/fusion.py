@@ -9,15 +9,15 @@ import numpy as np
 from robots.perception.health import Defect
 from robots.perception.localisation import Localiser
 from robots.perception.obstacles import NO_OBSTACLE, ROBOT, ObstacleCollector, Obstacles
-from robots.perception.percepts import LOCATING, REMEMBERED_S, Percepts
+from robots.perception.percepts import LOCATING, REMEMBERED_S, LastSight, Percepts
 from robots.perception.recognition import by_infra_red, by_touch, by_whiskers
 from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import ObjectTracking, Observation
 from robots.perception.zones import BORDER_RADIUS_M, Borders
 from robots.physical.body import NOTHING_MEASURED, RADIUS_M, Pose, Sensor
-from robots.physical.geometry import to_robot
+from robots.physical.geometry import to_robot, to_world
 from robots.physical.profile import RobotProfile
-from robots.physical.sightings import NONE_IN_VIEW, Sightings
+from robots.physical.sightings import NONE_IN_VIEW, Sighting, Sightings
 
 CONTACT_GAP_S = 0.5
 """A touch within this time after the last one is the same contact."""
@@ -45,7 +45,8 @@ class Perception:
         self._bump: Bump | None = None
         self._in_view: Sightings | None = None
         self._looked_s = 0.0
-        self._last_seen: dict[str, tuple[float, float]] = {}
+        self._looked_from = profile.start
+        self._last_seen: dict[str, LastSight] = {}
         self._things = NONE_IN_VIEW
         self._thing_names: tuple[str, ...] = ()
         self._thing_rows = np.empty(0, np.int64)
@@ -68,7 +69,7 @@ class Perception:
         """Fuse the readings of the running sensors, which `SensorHealth` has checked."""
         sightings: Sightings | None = data.values.get(Sensor.INFRA_RED)
         pose = self.localiser.update(odometry, NONE_IN_VIEW if sightings is None else sightings)
-        self._look(sightings, now_s)
+        self._look(sightings, pose, now_s)
         if Sensor.GRIPPER in data.values:
             self.held = data.get(Sensor.GRIPPER).holding
         if data.values.get(Sensor.BUMPER):
@@ -94,7 +95,7 @@ class Perception:
             last_held=self.held,
         )
 
-    def _look(self, sightings: Sightings | None, now_s: float) -> None:
+    def _look(self, sightings: Sightings | None, pose: Pose, now_s: float) -> None:
         """Separate things in view from places, and note when and where something went out of view."""
         last = self._in_view
         self._in_view = sightings
@@ -102,13 +103,18 @@ class Perception:
         names = NONE_IN_VIEW.names if sightings is None else sightings.names
         if names != known:
             gone = [] if last is None else [last[name] for name in set(known).difference(names)]
-            self._last_seen.update((one.identity, (self._looked_s, one.range_m)) for one in gone)
+            self._last_seen.update((one.identity, self._last_sight(one)) for one in gone)
             rows = [row for row, name in enumerate(names) if name not in self._profile.places]
             self._thing_rows = np.array(rows, np.int64)
             self._thing_names = tuple(names[row] for row in rows)
         self._looked_s = now_s
+        self._looked_from = pose
         if sightings is not None:
             self._things = Sightings(self._thing_names, sightings.read[self._thing_rows])
+
+    def _last_sight(self, sighting: Sighting) -> LastSight:
+        at = to_world(self._looked_from, rect(sighting.range_m, sighting.bearing_rad))
+        return LastSight(self._looked_s, sighting.range_m, at)
 
     def _observations(self, data: MutualDataStore, pose: Pose, now_s: float) -> Iterator[Observation]:
         """The observations of things by the running sensors."""

@@ -38,6 +38,14 @@ class DriveCommand(NamedTuple):
         return self != (0.0, 0.0)
 
 
+class LastSight(NamedTuple):
+    """When something went out of view, its range then, and its place in the world's frame, metres."""
+
+    at_s: float
+    range_m: float
+    at: complex
+
+
 REMEMBERED_S = 5.0
 """How long a tag that is out of view is assumed to lie where it was."""
 FRESH_S = 1.0
@@ -88,8 +96,8 @@ class Percepts:
     and `about` (all obstacles) are computed from them, None if a sensor they need is off; their properties then raise
     `SensorOff`, for not sensed does not mean "nothing there". `odometry` is the dead-reckoned pose. The packet
     fills in `progress`, the agent `drive_command` (None if no operator drives); nothing else is changed. `degraded`:
-    readings that are left out. `measured`: what sensors of installed packages read, by quantity. `last_seen`: when each
-    beacon or tag that is out of view was last seen, and its range. `last_held`: what the jaws were last sensed to hold,
+    readings that are left out. `measured`: what sensors of installed packages read, by quantity. `last_seen`: the last
+    sight of each beacon, robot or tag that was in view before. `last_held`: what the jaws were last sensed to hold,
     for telemetry; conditions and stimuli read `holding`.
     """
 
@@ -107,7 +115,7 @@ class Percepts:
     charging: bool = False
     measured: Mapping[str, float] = field(default_factory=lambda: NOTHING_MEASURED)
     degraded: tuple[Defect, ...] = ()
-    last_seen: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    last_seen: Mapping[str, LastSight] = field(default_factory=dict)
     last_held: str | None = None
     progress: Progress = NO_PROGRESS
     drive_command: DriveCommand | None = None

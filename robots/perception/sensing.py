@@ -31,12 +31,16 @@ class SensorAction:
 
 @dataclass(frozen=True, slots=True)
 class MutualDataStore:
-    """The readings that an actuator action can access (P-SMPA §5.2, algorithm 3).
+    """What a sensor action and the actuator action beside it put for each other (P-SMPA §5.2, algorithm 3).
 
     Our choice: a snapshot of one tick, so that all decisions of a tick rest on the same readings.
+
+    :param values: the readings, by sensor. :param wanted: what the actuator action is about, by name: the sensing side
+        looks for these (perceptors `FOR ?x IN wanted`).
     """
 
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    wanted: tuple[str, ...] = ()
 
     def holds(self, keys: Iterable[str]) -> bool:
         return all(key in self.values for key in keys)
@@ -57,10 +61,15 @@ class SensoryController:
         self._actions: tuple[SensorAction, ...] = ()
         self._has_one_shots = False
         self._stores: dict[SensorAction, Any] = {}
+        self._wanted: tuple[str, ...] = ()
         self.running: frozenset[str] = frozenset()
 
-    def run(self, actions: tuple[SensorAction, ...]) -> None:
-        """Run these actions and end all others, with their stores. A one-shot action ends when it has read."""
+    def run(self, actions: tuple[SensorAction, ...], wanted: tuple[str, ...] = ()) -> None:
+        """Run these actions and end all others, with their stores. A one-shot action ends when it has read.
+
+        :param wanted: what the actuator action beside them puts into the mutual store.
+        """
+        self._wanted = wanted
         if actions != self._actions or self._has_one_shots:
             self._actions = actions
             self._has_one_shots = any(action.mode is Mode.ONE_SHOT for action in actions)
@@ -83,4 +92,5 @@ class SensoryController:
                 if action.sensor not in read:
                     raise SensorFault(f"{action.sensor} reads nothing")
                 self._stores[action] = read[action.sensor]
-        return MutualDataStore({action.sensor: reading for action, reading in self._stores.items()})
+        read_now = {action.sensor: reading for action, reading in self._stores.items()}
+        return MutualDataStore(read_now, self._wanted)
