@@ -25,6 +25,8 @@ SIZES: Mapping[str, Sequence[int]] = {
     "blocked": (1, 2),
     "swap": (2, 4),
     "relocation": (2, 4),
+    "full": (6, 8),
+    "rearranged": (16, 64),
 }
 QUICK = (1, 2, 4, 16, 64)
 EXACT_UP_TO = 8

@@ -3,6 +3,7 @@
 store, retrieve, mixed: each sample between a door of its own and a bay; four robots for up to 16 samples, in
 proportion beyond, half in the yard and half in the store, one an aisle. paper: four robots, two doors at which all the
 samples lie (more at one door than a world file allows). blocked, swap, relocation: goals that interact, paper size.
+full: samples in all bays, none of which may stay. rearranged: half of the samples to other bays, a third of them free.
 """
 
 import random
@@ -53,10 +54,10 @@ def robots_for(samples: int) -> int:
     return max(4, samples // 4)
 
 
-def _world(samples: int, doors: int, robots: int) -> WorldFile:
+def _world(samples: int, doors: int, robots: int, bays: int | None = None) -> WorldFile:
     """A store with bays for all the samples, none of them in it yet."""
     half = robots // 2
-    bays = max(6 * half, samples + samples // 2)
+    bays = bays or max(6 * half, samples + samples // 2)
     shape = store_shape(samples=0, aisles=half, store_robots=half, yard_robots=half, doors=doors, bays=bays)
     return generate_world(shape)
 
@@ -132,6 +133,27 @@ def _relocation(samples: int, seed: int) -> Instance:
     return _made("relocation", seed, world, list(pairwise(bays)))
 
 
+def _full(samples: int, seed: int) -> Instance:
+    """As many bays as samples, each of which goes to the bay of another: only doors and interchanges are free."""
+    chance = random.Random(f"full/{samples}/{seed}")
+    bays = _places(world := _world(samples, 2, robots_for(samples), samples), "bay", chance)
+    ends = list(bays)
+    while any(one == other for one, other in zip(bays, ends, strict=True)):
+        chance.shuffle(ends)
+    return _made("full", seed, world, list(zip(bays, ends, strict=True)))
+
+
+def _rearranged(samples: int, seed: int) -> Instance:
+    """Samples in two thirds of the bays; half of them go to bays that are free or that others leave."""
+    chance = random.Random(f"rearranged/{samples}/{seed}")
+    bays = _places(world := _world(samples, 2, robots_for(samples)), "bay", chance)
+    lying = bays[:samples]
+    moving = set(chance.sample(lying, samples // 2))
+    ends = chance.sample([bay for bay in bays if bay in moving or bay not in lying], len(moving))
+    aims = {one: other for one, other in zip(sorted(moving), ends, strict=True) if one != other}
+    return _made("rearranged", seed, world, [(bay, aims.get(bay, "")) for bay in lying])
+
+
 FAMILIES: Mapping[str, Callable[[int, int], Instance]] = {
     "store": _carried("store", lambda samples: samples),
     "mixed": _carried("mixed", lambda samples: (samples + 1) // 2),
@@ -140,5 +162,7 @@ FAMILIES: Mapping[str, Callable[[int, int], Instance]] = {
     "blocked": _blocked,
     "swap": _swap,
     "relocation": _relocation,
+    "full": _full,
+    "rearranged": _rearranged,
 }
 """Family → its instance by number of samples and seed."""

@@ -9,8 +9,8 @@ from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING
 from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
-from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, Choice, Floats, Model, ints
-from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder, Task
+from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, STRICT, Choice, Floats, Model, ints
+from planner.engines.hierarchical.scheduling_problem import Move, SchedulingProblemBuilder, Task
 from planner.knowledge import GroundAction
 from planner.problem.interface import PlanningRequest
 from planner.problem.timer import Timer
@@ -67,8 +67,15 @@ class Composition:
     """The schedule of some tasks, improved by `improve`."""
 
     def __init__(
-        self, classified: ClassifiedProblem, tasks: Sequence[Task], weights: Floats, request: PlanningRequest
+        self,
+        classified: ClassifiedProblem,
+        tasks: Sequence[Task],
+        weights: Floats,
+        request: PlanningRequest,
+        moves: Sequence[Move] = (),
     ) -> None:
+        """:param moves: an order in which the tasks can be carried out, if one is known."""
+        self._moves = moves
         self._builder = SchedulingProblemBuilder(classified, tasks)
         self._weights = weights
         self._seed = request.seed
@@ -93,7 +100,7 @@ class Composition:
 
     def begin(self) -> bool:
         """Find a first schedule; False if no initial choice can be scheduled."""
-        for choice in self._initial_choices():
+        for choice in self._ordered() if self._moves else self._initial_choices():
             schedule = self._decoded(choice)
             self._keep(schedule)
             if schedule.is_possible:
@@ -163,6 +170,24 @@ class Composition:
             self._model = self._builder.model()
             schedule = Schedule(self._model, choice, self._weights)
         return schedule
+
+    def _ordered(self) -> Iterator[Choice]:
+        """The moves one after the other; nothing if one of them is of no fragment."""
+        model = self._model
+        tasks = model.task_deadline_s.shape[0]
+        alternative = np.zeros(tasks, np.int32)
+        order: list[int] = []
+        for move in self._moves:
+            found = self._builder.legs_in(move)
+            if found is None:
+                return
+            alternative[move.task], legs = found
+            order += [move.task * model.max_legs + leg for leg in legs]
+        rest = np.setdiff1d(np.arange(tasks * model.max_legs), order)
+        choice = Choice.of(np.concatenate([order, rest]).astype(np.int32), alternative)
+        # A later move's leg that goes first may take up the room which an earlier one needs.
+        for stops in (0, PUSH, PUSH | STRICT):
+            yield choice._replace(stops=np.full_like(choice.stops, stops))
 
     def _initial_choices(self) -> Iterator[Choice]:
         """Dispatched, one task after the other, all first legs before all second ones, and at random."""

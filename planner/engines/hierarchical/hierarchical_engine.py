@@ -23,7 +23,7 @@ from planner.engines.hierarchical.legs.stops import (
     with_near_stops,
     with_stops,
 )
-from planner.engines.hierarchical.scheduling_problem import Task
+from planner.engines.hierarchical.scheduling_problem import Move, Task
 from planner.engines.hierarchical.tasks import TaskFinder, Unmet
 from planner.engines.plan_net_completion import Outcome, complete_plan_net, confirm, timed_result
 from planner.explanation.diagnosis import why_unsolvable
@@ -150,13 +150,18 @@ class _Run:
             return known(facts).alternatives(goals, levels=levels, is_over=is_over)
 
         finder = TaskFinder(self._classified, find)
-        tasks = finder.tasks()
-        self._interacts = finder.interacts
         if self._request.effort_s != 0.0:
             self.bound_s = lower_bound_s(self._base, problem)
         sequence: Sequence[GroundAction] | None = None
-        if not isinstance(tasks, Unmet):
-            sequence = self._composed(tasks)
+        tasks: Sequence[Task] | Unmet = ()
+        if (arranged := finder.rearranged()) is not None:
+            self._interacts = True
+            sequence = self._composed(arranged.tasks, arranged.moves)
+        if sequence is None:
+            tasks = finder.tasks()
+            self._interacts = finder.interacts
+            if not isinstance(tasks, Unmet):
+                sequence = self._composed(tasks)
         if sequence is None and (chain := finder.chain()) is not None:
             sequence = self._composed(chain.tasks) or chain.actions
             sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
@@ -165,9 +170,9 @@ class _Run:
             sequence = whole[0].actions if whole else None
         return self._none(tasks) if sequence is None else self.finished(sequence)
 
-    def composition(self, tasks: Sequence[Task]) -> Composition:
+    def composition(self, tasks: Sequence[Task], moves: Sequence[Move] = ()) -> Composition:
         weights = np.array(WEIGHTS[self._request.objective])
-        return Composition(self._classified, tasks, weights, self._request)
+        return Composition(self._classified, tasks, weights, self._request, moves)
 
     def finished(self, sequence: Sequence[GroundAction]) -> Outcome:
         problem = self._problem
@@ -177,7 +182,7 @@ class _Run:
         confirm(plan_net, problem, self._base)
         return PlanningStatus.SOLVED, plan_net, ""
 
-    def _composed(self, tasks: Sequence[Task]) -> Sequence[GroundAction] | None:
+    def _composed(self, tasks: Sequence[Task], moves: Sequence[Move] = ()) -> Sequence[GroundAction] | None:
         """A sequence, with stops where they pay; stops without an intended use (table 3) are not tried again."""
         stops = Stops(classified=self._classified, share=ANY_SHARE if self._interacts else SHARE)
         if len(tasks) <= MAX_STOPPING:
@@ -188,7 +193,7 @@ class _Run:
         best: tuple[float, Sequence[GroundAction]] | None = None
         last = False
         for _ in range(MAX_ATTEMPTS):
-            actions = self._scheduled(tasks)
+            actions = self._scheduled(tasks, moves)
             if actions is None:
                 break
             scheduled_s, idle = self._judged(actions)
@@ -213,8 +218,8 @@ class _Run:
         idle = (action for action, _ in unjustified_actions(net, self._base))
         return net.makespan_s, frozenset(map(str, idle))
 
-    def _scheduled(self, tasks: Sequence[Task]) -> Sequence[GroundAction] | None:
-        composition = self.composition(tasks)
+    def _scheduled(self, tasks: Sequence[Task], moves: Sequence[Move]) -> Sequence[GroundAction] | None:
+        composition = self.composition(tasks, moves)
         if not composition.begin():
             return None
         bound_s = self.bound_s

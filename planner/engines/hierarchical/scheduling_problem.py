@@ -26,6 +26,16 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Move:
+    """The actions `first` to `last` (exclusive) of one of a task's fragments, to be scheduled together."""
+
+    task: int
+    actions: tuple[GroundAction, ...]
+    first: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Step:
     """A ground action with its agents left open, and the numbers of the shared facts it touches."""
 
@@ -76,6 +86,20 @@ class SchedulingProblemBuilder:
     def is_final_configuration(self, task: int) -> bool:
         """True if the task is about where an agent ends."""
         return any(self._classified.is_configuration(goal) for goal in self._tasks[task].goals)
+
+    def legs_in(self, move: Move) -> tuple[int, list[int]] | None:
+        """The number of the move's fragment and of its legs; None if the task has no such fragment."""
+        fragments = self._tasks[move.task].fragments
+        if move.actions not in fragments:
+            return None
+        # Legs without a core are about where agents end: they belong to the last move.
+        end = len(move.actions)
+        last = end + 1 if move.last == end else move.last
+        position = {id(action): at for at, action in reversed(list(enumerate(move.actions)))}
+        legs = legs_of(move.actions, self._tasks[move.task].goals, self._classified)
+        begins = [position[id(leg.core[0])] if leg.core else end for leg in legs]
+        number = fragments.index(move.actions)
+        return number, [leg for leg, at in enumerate(begins) if move.first <= at < last]
 
     def leave(self, configurations: Ints, fact: Fact) -> bool:
         """Let agents in these configurations make way so that the fact comes about; True if that is new."""

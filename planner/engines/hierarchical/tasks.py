@@ -13,7 +13,8 @@ from planner.engines.hierarchical.blocking import BlockingTasks, FindFragments
 from planner.engines.hierarchical.fragments.fragment import Fragment
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem
-from planner.engines.hierarchical.scheduling_problem import NO_DEADLINE_S, Task
+from planner.engines.hierarchical.rearrangement import Rearrangement
+from planner.engines.hierarchical.scheduling_problem import NO_DEADLINE_S, Move, Task
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.plan_nets.progression import progressed
@@ -37,16 +38,37 @@ class Chain:
     actions: tuple[GroundAction, ...]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arranged:
+    """Tasks, and moves in an order in which they can be carried out."""
+
+    tasks: tuple[Task, ...]
+    moves: tuple[Move, ...]
+
+
 class TaskFinder:
     """Splits a problem's goals into tasks and finds their fragments."""
 
     def __init__(self, classified: ClassifiedProblem, find: FindFragments) -> None:
         self._problem = classified.problem
+        self._classified = classified
         self._groups = Groups(classified)
         self._find = find
         self.interacts = False
         """Some tasks are known to block each other."""
         self._blocking = BlockingTasks(classified, self._groups, find)
+
+    def rearranged(self) -> Arranged | None:
+        """The tasks ordered by the rooms that their things leave and take up; None if there is no such order, or
+        nothing in the way."""
+        found = Rearrangement(self._classified, self._groups, self._find).found()
+        if found is None:
+            return None
+        self.interacts = True
+        return Arranged(
+            tasks=tuple(self._task(group, ways) for group, ways in found.ways.items()),
+            moves=tuple(found.moves),
+        )
 
     def tasks(self) -> tuple[Task, ...] | Unmet:
         """The tasks, or goals that cannot be reached alone."""

@@ -8,7 +8,16 @@ import numpy as np
 from planner.compiled import lean
 from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, decode
 from planner.engines.hierarchical.scheduling.decoder_state import FREE, LAST, NONE, decoder_state_for
-from planner.engines.hierarchical.scheduling.model import AHEAD, BACK, NEAR, PUSH, Choice, Floats, Model
+from planner.engines.hierarchical.scheduling.model import (
+    AHEAD,
+    BACK,
+    NEAR,
+    PUSH,
+    STRICT,
+    Choice,
+    Floats,
+    Model,
+)
 
 
 class Schedule:
@@ -206,7 +215,9 @@ def _change_alternative(model, choice, task):  # type: ignore[no-untyped-def]
 @lean
 def _change_stop(choice, place):  # type: ignore[no-untyped-def]
     kind = np.random.randint(4)
-    if kind < 2:
+    if choice.stops[place] & STRICT and kind > 0:
+        choice.stops[place] -= STRICT
+    elif kind < 2:
         choice.stops[place] ^= AHEAD if kind == 0 else PUSH
     else:
         now = choice.stops[place] & (BACK | NEAR)

@@ -6,7 +6,7 @@ far) waits until it does. Where no leg can be placed, an agent that stands in th
 
 from planner.compiled import inlined, lean
 from planner.engines.hierarchical.scheduling.decoder_state import BY, COLUMNS, FREE, HOLDS, LAST, NONE
-from planner.engines.hierarchical.scheduling.model import PUSH, UNREACHABLE
+from planner.engines.hierarchical.scheduling.model import PUSH, STRICT, UNREACHABLE
 from planner.engines.hierarchical.scheduling.placement import leave, place_leg
 
 IMPOSSIBLE = 1e18
@@ -60,7 +60,7 @@ def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
                             ways_made += 1
                             length += 1
                             continue
-            n += 1
+            n = waiting if choice.stops[places[n]] & STRICT else n + 1
             continue
         n = 0
         anyone = not anyone

@@ -18,6 +18,7 @@ BACK = 1
 NEAR = 2
 AHEAD = 4
 PUSH = 8
+STRICT = 16
 HEADER = 4
 """A step's data begin with: a mask (bit k set: the leg's k-th agent takes part), numbers of needs, deletes and adds."""
 MAX_AGENTS = 4
@@ -84,7 +85,8 @@ class Choice(NamedTuple):
     `order` (T·K,) holds task·K + leg, K the most legs an alternative has; `alternative` (T,); `agent` (T·K,) says who
     takes the leg, -1 whoever can begin first; `stops` (T·K,) says where that agent stops on its way there: 0 nowhere,
     BACK where it stood at first or NEAR, at the nearest place, and then perhaps (+ AHEAD) near to where the leg begins;
-    + PUSH: who stands in the leg's way makes way at once, not only when nothing else goes on.
+    + PUSH: who stands in the leg's way makes way at once, not only when nothing else goes on;
+    + STRICT: no leg of lower priority is placed before it.
     """
 
     order: Ints
