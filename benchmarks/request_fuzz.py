@@ -9,7 +9,7 @@ what schemathesis finds: undeclared answers, accepted invalid requests, rejected
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -54,12 +54,14 @@ def fuzz(
     examples: int,
     seed: int,
     stateful: bool = True,
+    paths: Sequence[str] = (),
     into: Fuzzed | None = None,
 ) -> Fuzzed:
     """One round of requests to every operation of the API, in this process. Its event streams must end by themselves.
 
     :param examples: requests of each operation and phase, beside those that cover the schema's limits.
     :param stateful: make requests that follow from each other's answers, too.
+    :param paths: those to ask for; none: all.
     :param into: what earlier rounds found.
     """
     fuzzed = into or Fuzzed()
@@ -75,6 +77,8 @@ def fuzz(
     schema = schemathesis.openapi.from_asgi(
         "/openapi.json", api, config=config, headers={"authorization": f"Bearer {token}"}
     )
+    if paths:
+        schema = schema.include(path=list(paths))
     for event in from_schema(schema).execute():
         if isinstance(event, events.ScenarioFinished):
             _count(event, fuzzed)
