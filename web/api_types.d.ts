@@ -478,8 +478,19 @@ interface Speech {
   sent_at_s: number;
   at_s: number;
   attempt?: number;
-  answer: string;
+  /** Null if it is told on its own. */
+  answer?: string | null;
   answer_content?: string;
+  /** The person for whom the service says it. */
+  speaker?: string;
+}
+
+/** A conversation of the service with a robot. */
+interface ServiceConversation {
+  id: string;
+  protocol: string;
+  speaker: string;
+  said: { sender: string; receiver: string; performative: string; content: string; sent_at_s: number; at_s: number }[];
 }
 
 interface EventData {
@@ -495,6 +506,8 @@ interface EventData {
   detail?: string;
   events?: string[];
   ended?: string[];
+  receiver?: string;
+  world?: string;
   at_s?: number;
 }
 

@@ -173,6 +173,7 @@ class SpeechBody(BaseModel):
     attempt: int = Field(default=1, description="how often it was said until it was heard")
     answer: Performative | None = Field(default=None, description="null: answers are listed on their own")
     answer_content: str = ""
+    speaker: str = Field(default="", description="the person for whom the service says it; empty if none")
 
 
 class ReportBody(BaseModel):

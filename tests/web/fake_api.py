@@ -292,6 +292,10 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
         service.play(None)
         return service.role
 
+    @app.get("/v1/robots/{name}/conversations", dependencies=v1)
+    def conversations(name: str) -> Any:
+        return items(service.conversations)
+
     @app.get("/v1/robots/{name}/mind", dependencies=v1)
     def mind(name: str) -> Any:
         return service.mind

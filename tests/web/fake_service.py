@@ -1,6 +1,7 @@
 """The state behind the stand-in for the service; tests change it and `publish` that they did."""
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from app.api.page_views import PageViews
@@ -85,6 +86,9 @@ IMAGE = (
 
 class FakeService:
     """Goals, plans and missions with canned answers."""
+
+    conversations: Sequence[dict[str, Any]] = ()
+    """Of the service with the selected robot."""
 
     def __init__(self) -> None:
         self.show_world(WORLD)

@@ -105,6 +105,28 @@ def test_the_workbench_shows_messages_live_the_services_with_them(page: Page, se
     expect(bench.locator(".lifeline.of-service")).to_have_count(1)
 
 
+def test_a_person_who_speaks_through_the_service_has_a_lifeline(page: Page, service: FakeService) -> None:
+    asked = {"sender": "service", "receiver": "yard_1", "performative": "request", "content": "face(door_1)"}
+    agreed = {"sender": "yard_1", "receiver": "service", "performative": "agree", "content": "face(door_1)"}
+    said = [asked | {"sent_at_s": 3.0, "at_s": 3.0}, agreed | {"sent_at_s": 3.4, "at_s": 3.5}]
+    talk = {"id": "c-1", "protocol": "fipa-request", "speaker": "ada", "said": said}
+    service.conversations = [talk]
+    page.locator("[data-testid=robot][data-robot=yard_1]").click()
+    page.locator("#workbench-toggle").click()
+    page.get_by_test_id("bench-messages").click()
+    bench = page.get_by_test_id("bench-speech")
+    expect(bench.locator("[data-saying]")).to_have_count(2)
+    expect(bench.locator("[data-saying]").last).to_have_accessible_name(
+        "3.4 s: yard_1 to ada, agree face(door_1)"
+    )
+    expect(bench.locator(".lifeline.of-person")).to_have_text("adaada")
+    done = agreed | {"performative": "inform", "content": "done", "sent_at_s": 9.0, "at_s": 9.1}
+    told = done | {"world": "sample_store", "conversation": "c-1", "protocol": "fipa-request", "speaker": ""}
+    service.publish("speech.said", "yard_1", **told)
+    expect(bench.locator("[data-saying]").last).to_have_accessible_name("9.0 s: yard_1 to ada, inform done")
+    expect(bench.locator(".lifeline.of-service")).to_have_count(0)
+
+
 def test_nothing_of_the_diagram_is_fetched_before_it_is_opened(page: Page, service: FakeService) -> None:
     mission(service)
     expect(page.get_by_test_id("mission-speech")).to_be_visible()

@@ -4,15 +4,15 @@ export const SERVICE = "service";
 const LATE_S = 2; // a robot says it again after this time at the earliest
 
 /**
- * The sayings that a robot's report tells of: what it has heard, and its answer.
+ * The sayings that a report tells of: what was heard, and the answer if it is told with it. What the service says for a person,
+ * the person says.
  * @param {Speech} speech @returns {Saying[]}
  */
-export function sayingsOf({ sender, robot, performative, content, protocol, conversation, sent_at_s: said, at_s: heard, attempt, answer, answer_content: words }) {
+export function sayingsOf({ sender, robot, performative, content, protocol, conversation, sent_at_s: said, at_s: heard, attempt, answer, answer_content: words, speaker }) {
   const shared = { protocol, conversation, isAnswered: false };
-  return [
-    { ...shared, from: sender, to: robot, performative, content, said_s: said, heard_s: heard, attempt: attempt ?? 1 },
-    { ...shared, from: robot, to: sender, performative: answer, content: words ?? "", said_s: heard, heard_s: null, attempt: 1 },
-  ];
+  const first = { ...shared, from: speaker || sender, to: robot, performative, content, said_s: said, heard_s: sender === SERVICE ? null : heard, attempt: attempt ?? 1 };
+  if (!answer) return [first];
+  return [first, { ...shared, from: robot, to: sender, performative: answer, content: words ?? "", said_s: heard, heard_s: null, attempt: 1 }];
 }
 
 /**
@@ -22,9 +22,18 @@ export function sayingsOf({ sender, robot, performative, content, protocol, conv
  */
 export function sayingsOfEvent({ type, subject = "", data }, now) {
   if (type === "speech.heard") return sayingsOf(/** @type {Speech} */ (data));
+  if (type === "speech.said") return sayingsOf(/** @type {Speech} */ ({ ...data, robot: data?.receiver }));
   if (type !== "script.cleared" || !data?.robot) return [];
   const shared = { from: SERVICE, to: data.robot, performative: "inform", protocol: "clearance", conversation: subject, said_s: now, heard_s: null, attempt: 1, isAnswered: false };
   return (data.ended ?? []).map((action) => ({ ...shared, content: `ended(${subject}, ${action})` }));
+}
+
+/**
+ * The sayings of a conversation of the service, in its own name or a person's.
+ * @param {ServiceConversation} conversation @returns {Saying[]}
+ */
+export function sayingsWithService({ id, protocol, speaker, said }) {
+  return said.flatMap((one) => sayingsOf({ ...one, robot: one.receiver, protocol, conversation: id, speaker: one.sender === SERVICE ? speaker : "" }));
 }
 
 /**
@@ -32,7 +41,11 @@ export function sayingsOfEvent({ type, subject = "", data }, now) {
  * @param {Saying[]} sayings @returns {Saying[]}
  */
 export function merged(sayings) {
-  const known = new Map(sayings.map((one) => [JSON.stringify([one.conversation, one.from, one.to, one.performative, one.content, one.said_s]), one]));
+  /** Who speaks through the service, by conversation. @type {Map<string, string>} */
+  const persons = new Map();
+  for (const one of sayings) if (one.to !== SERVICE && !persons.has(one.conversation)) persons.set(one.conversation, one.from);
+  const addressed = sayings.map((one) => (one.to === SERVICE ? { ...one, to: persons.get(one.conversation) ?? SERVICE } : one));
+  const known = new Map(addressed.map((one) => [JSON.stringify([one.conversation, one.from, one.to, one.performative, one.content, one.said_s]), one]));
   const all = [...known.values()].sort((one, other) => one.said_s - other.said_s);
   /** When somebody last said something to somebody in a conversation. @type {Map<string, number>} */
   const last = new Map(all.map((one) => [JSON.stringify([one.conversation, one.from, one.to]), one.said_s]));

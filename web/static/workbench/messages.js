@@ -1,10 +1,10 @@
-// What is said in the world: by its newest missions' records, and live.
+// What is said in the world: by its newest missions' records, the selected robot's conversations with the service, and live.
 
 import { id, list } from "../page/api.js";
 import { el, replace } from "../page/dom.js";
 import { newestFirst } from "../page/format.js";
 import { createConversation } from "../speech/conversation.js";
-import { sayingsOf, sayingsOfEvent } from "../speech/sayings.js";
+import { sayingsOf, sayingsOfEvent, sayingsWithService } from "../speech/sayings.js";
 import { fetchSpeechStyle } from "../speech/style.js";
 
 const MAX_MISSIONS = 4;
@@ -14,7 +14,7 @@ const MAX_LIVE = 1000;
 export function mountMessages(root, store) {
   fetchSpeechStyle();
   const conversation = createConversation();
-  /** By mission. @type {Map<string, Saying[]>} */
+  /** By the path of what was requested. @type {Map<string, Saying[]>} */
   const recorded = new Map();
   /** @type {Saying[]} */
   let live = [];
@@ -32,12 +32,13 @@ export function mountMessages(root, store) {
     conversation.show(sayings, names);
   }
 
-  /** @param {string} mission */
-  async function load(mission) {
-    recorded.set(mission, []);
-    const said = await list(`/v1/missions/${id(mission)}/conversation`).catch(() => null);
-    if (said === null) recorded.delete(mission); // tried again with the next change
-    else if (recorded.has(mission)) recorded.set(mission, said.flatMap(sayingsOf));
+  /** Request once. @template T @param {string} path @param {(item: T) => Saying[]} read */
+  async function load(path, read) {
+    if (recorded.has(path)) return;
+    recorded.set(path, []);
+    const said = await list(path).catch(() => null);
+    if (said === null) recorded.delete(path); // tried again with the next change
+    else if (recorded.has(path)) recorded.set(path, said.flatMap(read));
     draw();
   }
 
@@ -49,14 +50,15 @@ export function mountMessages(root, store) {
         recorded.clear();
       }
       for (const { id: mission } of newestFirst(state.missions.filter((one) => one.world === world)).slice(0, MAX_MISSIONS)) {
-        if (!recorded.has(mission)) load(mission);
+        load(`/v1/missions/${id(mission)}/conversation`, sayingsOf);
       }
+      if (state.robots.some((one) => one.name === state.robot && one.world === world)) load(`/v1/robots/${id(state.robot ?? "")}/conversations`, sayingsWithService);
       draw();
     },
     onEvent(event) {
       const { worldTimes, robots } = store.get();
-      const speaker = event.data?.robot;
-      if (!robots.some((one) => one.name === speaker && one.world === world)) return;
+      const { robot, world: of } = event.data ?? {};
+      if (of !== world && !robots.some((one) => one.name === robot && one.world === world)) return;
       live = [...live, ...sayingsOfEvent(event, worldTimes[world ?? ""] ?? 0)].slice(-MAX_LIVE);
       draw();
     },
