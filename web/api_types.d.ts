@@ -100,6 +100,7 @@ interface Factsheet {
   robot: string;
   state: "in_force" | "postponed" | "announced" | "refused";
   reason: string;
+  at_s: number;
   sheet: { repertoire: string[]; speed_m_s: number };
 }
 

@@ -465,7 +465,13 @@ class FakeService:
         """A robot that is in no world tells what it is."""
         sheet = {"repertoire": ["NAVIGATE"], "speed_m_s": 0.4}
         self.factsheets.append(
-            {"robot": robot, "state": "announced", "reason": "no world has it", "sheet": sheet}
+            {
+                "robot": robot,
+                "state": "announced",
+                "reason": "no world has it",
+                "at_s": self.time_s,
+                "sheet": sheet,
+            }
         )
 
     def declare(self, name: str, verb: str, reason: str = "") -> None:

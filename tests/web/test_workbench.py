@@ -55,13 +55,35 @@ def test_robots_are_found_by_what_is_said_of_them(page: Page, service: FakeServi
     page.get_by_test_id("bench-search").fill("out of contact")
     expect(rows).to_have_count(1)
     expect(rows).to_contain_text("store_1")
-    expect(page.get_by_test_id("bench-changes")).to_have_text("store_1 is out of contact")
+    expect(page.get_by_test_id("bench-changes")).to_have_text("12.0 s: store_1 is out of contact")
     page.get_by_test_id("bench-search").fill("yard velocity")
     expect(rows).to_have_count(2)
     rows.get_by_role("button", name="yard_2").click()
     about = page.get_by_test_id("bench-properties")
     for told in ("home_yard_2", "kind velocity", "16", "version 0", "door_1, interchange_1"):
         expect(about).to_contain_text(told)
+
+
+def test_robots_that_come_and_go_are_told_without_a_reload(page: Page, service: FakeService) -> None:
+    bench = opened(page, "robots")
+    expect(bench.locator("tbody tr")).to_have_count(4)
+    service.announce("rover_9")
+    service.publish("robot.announced", "rover_9", world="sample_store")
+    expect(page.get_by_test_id("bench-arrivals")).to_contain_text(
+        "announced rover_9 in sample_store since 12.0 s: no world has it. It can NAVIGATE"
+    )
+    service.factsheets.clear()
+    service.telemetry["rover_9"] = service.telemetry["yard_1"]
+    service.publish("robot.admitted", "rover_9", world="sample_store")
+    service.publish("world.changed", "sample_store")
+    expect(page.get_by_test_id("bench-changes")).to_have_text(
+        "12.0 s: rover_9 has come and can NAVIGATE, DOCK"
+    )
+    expect(page.get_by_test_id("bench-arrivals")).to_be_empty()
+    del service.telemetry["rover_9"]
+    service.publish("world.changed", "sample_store")
+    expect(page.get_by_test_id("bench-changes")).to_contain_text("rover_9 is gone; 12.0 s: rover_9 has come")
+    expect(bench.locator("tbody tr")).to_have_count(4)
 
 
 def test_keys_drive_while_the_pad_has_the_focus(page: Page, service: FakeService) -> None:
