@@ -115,7 +115,9 @@ def try_rules(
 
 
 def _summary(file: "RuleFile") -> str:
-    counted = {"rule": file.rules, "plan": file.plans, "perceptor": file.perceptors}
+    from robots.deliberative.program import plans_of
+
+    counted = {"rule": file.rules, "plan": list(plans_of(file)), "perceptor": file.perceptors}
     return ", ".join(f"{len(some)} {name}{'' if len(some) == 1 else 's'}" for name, some in counted.items())
 
 

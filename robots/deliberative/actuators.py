@@ -70,6 +70,10 @@ class Actuators(Protocol):
         """Say something; it is fulfilled once it is on its way."""
         ...
 
+    def measure(self, name: str, arguments: tuple[str, ...]) -> float | None:
+        """A measure of the robot for a plan's cost (`costs.py`); None if it is not known."""
+        ...
+
     def steer(self, verb: Verb, reason: str) -> Outcome:
         """Suspend, resume, retry or give up the packet under way."""
         ...

@@ -91,7 +91,10 @@ class Agent:
         self._live: dict[tuple[int, Key], tuple[Commitment, StepRun | None]] = {}
         self._count = 0
         self.ended: deque[Commitment] = deque(maxlen=KEPT_ENDED)
-        self._plans: Mapping[str, Plan] = {name: plan for file in files for name, plan in file.plans.items()}
+        self._plans: dict[str, tuple[Plan, ...]] = {}
+        for file in files:
+            for called, plans in file.plans.items():
+                self._plans[called] = (*self._plans.get(called, ()), *plans)
         self._carries = frozenset[str]().union(*(file.carries for file in files))
         self._perceptors = [Perceptor(spec) for file in files for spec in file.perceptors]
         self._sensed: dict[Term, str] = {}
@@ -309,6 +312,7 @@ class Agent:
             carries=self._carries,
             intend=lambda term, is_adopted, source: self._intended.append((term, is_adopted, source)),
             because=commitment.origin,
+            note=lambda words: life.note(commitment, words),
         )
 
     def _believe_if_possible(self, term: Term, origin: Origin, source: str, now_s: float) -> None:
@@ -334,6 +338,9 @@ class Agent:
     def _loaded(self, rule: Rule, file: RuleFile) -> _LoadedRule:
         steps = _reached(rule.step, self._plans)
         awaited = [one.conditions for one in steps if isinstance(one, Await)]
+        run = {one.name for one in steps if isinstance(one, RunPlan)}
+        contexts = [plan.when for name in run for plan in self._plans[name]]
+        chosen_by = frozenset[int]().union(*(self._perceptors_of(one) for one in contexts))
         maintain = rule.maintain
         if file.is_role:
             role = Literal(Term(ROLE, (file.name,)), False, rule.place)
@@ -345,8 +352,8 @@ class Agent:
             file=file,
             kept=tuple(dict.fromkeys(used)),
             maintain=maintain,
-            perceptors=self._perceptors_of(rule.when),
-            while_live=frozenset[int]().union(*(self._perceptors_of(one) for one in (maintain, *awaited))),
+            perceptors=self._perceptors_of(rule.when) | chosen_by,
+            while_live=chosen_by.union(*(self._perceptors_of(one) for one in (maintain, *awaited))),
         )
 
     def _perceptors_of(self, conditions: Conditions) -> frozenset[int]:
@@ -385,12 +392,13 @@ def _may_be(term: Term, belief: Term) -> bool:
     return unify(as_value(plain), renamed(as_value(belief), "'")) is not None
 
 
-def _reached(step: Step, plans: Mapping[str, Plan]) -> list[Step]:
+def _reached(step: Step, plans: Mapping[str, Sequence[Plan]]) -> list[Step]:
     """The step with all that it contains, of the plans that it runs, too."""
     found = list(parts_of(step))
     for one in list(found):
         if isinstance(one, RunPlan):
-            found += _reached(plans[one.name].step, plans)
+            for plan in plans[one.name]:
+                found += _reached(plan.step, plans)
     return found
 
 

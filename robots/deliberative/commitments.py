@@ -57,7 +57,8 @@ class Commitment:
     """What an agent has committed itself to.
 
     `number` counts the agent's commitments; `origin`: the file and line of its rule; `towards`: to whom it is made;
-    `due_s`: when it becomes active; `reason`: why it was dropped; `words`: why it failed or was dropped, for people.
+    `due_s`: when it becomes active; `reason`: why it was dropped; `words`: why it failed or was
+    dropped, or which plan it has chosen, for people.
     """
 
     number: int
@@ -82,6 +83,11 @@ class Commitment:
 def activate(commitment: Commitment) -> None:
     """Begin to carry it out."""
     _change(commitment, CommitmentState.ACTIVE)
+
+
+def note(commitment: Commitment, words: str) -> None:
+    """Say for people how it is carried out."""
+    commitment.words = words
 
 
 def fulfil(commitment: Commitment, now_s: float) -> None:

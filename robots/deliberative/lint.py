@@ -1,6 +1,6 @@
 """What is wrong with the rule files of one agent, although each of them can be read."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from itertools import chain
 
@@ -25,6 +25,7 @@ from robots.deliberative.program import (
     Steer,
     Step,
     parts_of,
+    plans_of,
 )
 from robots.deliberative.syntax import refusal
 from robots.deliberative.terms import (
@@ -103,7 +104,10 @@ class _Lint:
         self._file = file
         self._brought = brought
         self._repertoire = repertoire
-        self._plans: Mapping[str, Plan] = {name: plan for one in files for name, plan in one.plans.items()}
+        self._plans: dict[str, tuple[Plan, ...]] = {}
+        for one in files:
+            for name, plans in one.plans.items():
+                self._plans[name] = (*self._plans.get(name, ()), *plans)
 
     def faults(self) -> Iterator[Fault]:
         for spec in self._file.perceptors:
@@ -119,7 +123,7 @@ class _Lint:
                 yield Fault(Place(1, 1), self._unknown_packet(tag))
         for rule in self._file.rules:
             yield from self._rule(rule)
-        for plan in self._file.plans.values():
+        for plan in plans_of(self._file):
             yield from self._plan(plan)
 
     def _rule(self, rule: Rule) -> Iterator[Fault]:
@@ -136,7 +140,24 @@ class _Lint:
     def _plan(self, plan: Plan) -> Iterator[Fault]:
         if plan.name in self._reached(plan.step):
             yield Fault(plan.place, f"the plan {plan.name} runs itself; end it and let a rule begin it again")
-        yield from self._step(plan.step, set(plan.parameters), "no parameter of the plan")
+        fellows = self._plans[plan.name]
+        if len(fellows) > 1 and not all(one.competes for one in fellows):
+            yield Fault(
+                plan.place,
+                f"several files have a plan {plan.name}; plans that compete have WHEN or COST each",
+            )
+        elif len({len(one.parameters) for one in fellows}) > 1:
+            yield Fault(plan.place, f"the plans {plan.name} have different numbers of parameters")
+        binder = "no parameter of the plan"
+        if plan.when.literals:
+            binder += ", nor positive BELIEF of its WHEN,"
+        bound = set(plan.parameters)
+        bound |= {name for one in plan.when.positive for name in variables_in(as_value(one.term))}
+        yield from self._maintained(plan.when, bound)
+        for name in dict.fromkeys(variables_in(plan.cost)):
+            if name not in bound:
+                yield _unbound(name, plan.place, binder)
+        yield from self._step(plan.step, bound, binder)
 
     def _reached(self, step: Step) -> set[str]:
         """The plans that a step runs, and those that they run."""
@@ -146,7 +167,7 @@ class _Lint:
             for one in parts_of(left.pop()):
                 if isinstance(one, RunPlan) and one.name in self._plans and one.name not in found:
                     found.add(one.name)
-                    left.append(self._plans[one.name].step)
+                    left += [plan.step for plan in self._plans[one.name]]
         return found
 
     def _guards(self, conditions: Conditions, bound: set[str]) -> Iterator[Fault]:
@@ -232,7 +253,7 @@ class _Lint:
         yield from self._declared("say", choice, one.place)
 
     def _call(self, one: RunPlan) -> Iterator[Fault]:
-        plan = self._plans.get(one.name)
+        plan = next(iter(self._plans.get(one.name, ())), None)
         if plan is None:
             known = sorted(self._plans)
             near = get_close_matches(one.name, known, n=1)
@@ -281,7 +302,7 @@ def _contents(repertoire: Repertoire, tag: str) -> list[PacketSpec]:
 
 
 def _steps(file: RuleFile) -> Iterator[Step]:
-    for step in (*(rule.step for rule in file.rules), *(plan.step for plan in file.plans.values())):
+    for step in (*(rule.step for rule in file.rules), *(plan.step for plan in plans_of(file))):
         yield from parts_of(step)
 
 

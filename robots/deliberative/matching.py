@@ -275,6 +275,26 @@ def satisfied(conditions: Conditions, bindings: Bindings, store: BeliefStore) ->
     return True
 
 
+def solutions(conditions: Conditions, bindings: Bindings, store: BeliefStore) -> Iterator[dict[str, Value]]:
+    """Every way to satisfy conditions now, in the order of the beliefs."""
+    yield from _solved([one.term for one in conditions.positive], conditions, dict(bindings), store)
+
+
+def _solved(
+    left: list[Term], conditions: Conditions, bindings: dict[str, Value], store: BeliefStore
+) -> Iterator[dict[str, Value]]:
+    if not left:
+        if satisfied(conditions, bindings, store):
+            yield bindings
+        return
+    pattern = instance(left[0], bindings)
+    known = [(index, one) for index, one in enumerate(pattern.args) if is_ground(one)]
+    for term in list(store.candidates(pattern.functor, len(pattern.args), known)):
+        extended = dict(bindings)
+        if match_term(pattern, term, extended):
+            yield from _solved(left[1:], conditions, extended, store)
+
+
 def _join_order(positive: Sequence[Term], first: int | None) -> tuple[int, ...]:
     """The other conditions, each time the one with the most arguments that are known by then."""
     bound = set() if first is None else set(variables_in(positive[first]))

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from robots.deliberative.actuators import DONE, Activation, Attempt, Outcome, Speak, Utterance
 from robots.deliberative.agent import Agent
 from robots.deliberative.commitments import DropReason
-from robots.deliberative.program import Await, RuleFile, Verb, parts_of
+from robots.deliberative.costs import BATTERY
+from robots.deliberative.program import Await, RuleFile, Verb, parts_of, plans_of
 from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rule_set import read_rule_set, teams_of
 from robots.deliberative.situation import CHARGING, Task, known_of, taken_over
@@ -20,6 +21,7 @@ from robots.deliberative.told import told_agent
 from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, ROLE, SCRIPT
 from robots.errors import RuleError
 from robots.executive.executive import Executive
+from robots.executive.leg_cost import way_to_s
 from robots.executive.mind_memory import MindMemory
 from robots.perception.percepts import NOTHING, Needs, Percepts
 from robots.physical.profile import RobotProfile
@@ -209,7 +211,7 @@ def _believed(file: RuleFile) -> Iterator[Term]:
     """The terms of the conditions of its rules and plans."""
     for rule in file.rules:
         yield from (one.term for one in rule.when.positive)
-    for step in (*(rule.step for rule in file.rules), *(plan.step for plan in file.plans.values())):
+    for step in (*(rule.step for rule in file.rules), *(plan.step for plan in plans_of(file))):
         for part in parts_of(step):
             if isinstance(part, Await):
                 yield from (one.term for one in part.conditions.positive)
@@ -296,6 +298,12 @@ class _AgentActuators:
             return Outcome(False, f"{self._body.profile.name} cannot speak to {utterance.other}")
         refusal = self._speak(utterance)
         return DONE if refusal is None else Outcome(False, refusal)
+
+    def measure(self, name: str, arguments: tuple[str, ...]) -> float | None:
+        percepts = self._body.percepts
+        if percepts is None:
+            return None
+        return percepts.battery if name == BATTERY else way_to_s(arguments[0], percepts)
 
     def steer(self, verb: Verb, reason: str) -> Outcome:
         body = self._body

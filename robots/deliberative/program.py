@@ -176,10 +176,16 @@ class Rule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
-    """`PLAN name(?parameters) { step; ... }`."""
+    """`PLAN name(?parameters) WHEN conditions COST seconds { step; ... }`: p = ⟨t(p), c(p), bd(p)⟩ (P-SMPA §4).
+
+    Its name is what invokes it, `when` its context condition, whose variables its cost and steps may use.
+    """
 
     name: str
     parameters: tuple[str, ...]
+    when: Conditions = Conditions()
+    cost: Value = 0.0
+    competes: bool = False
     step: Step
     place: Place
 
@@ -217,7 +223,13 @@ class RuleFile:
     carries: frozenset[str] = frozenset()
     initial: tuple[Literal, ...] = ()
     rules: tuple[Rule, ...] = ()
-    plans: Mapping[str, Plan] = field(default_factory=dict)
+    plans: Mapping[str, tuple[Plan, ...]] = field(default_factory=dict)
+
+
+def plans_of(file: RuleFile) -> Iterator[Plan]:
+    """All plans of a file."""
+    for some in file.plans.values():
+        yield from some
 
 
 def parts_of(step: Step) -> Iterator[Step]:

@@ -7,6 +7,7 @@ from difflib import get_close_matches
 from itertools import count
 from pathlib import Path
 
+from robots.deliberative.costs import MEASURES, PRODUCT, SUM
 from robots.deliberative.program import (
     Activate,
     Adopt,
@@ -93,7 +94,7 @@ class _Reader:
         self._carries: set[str] = set()
         self._initial: list[Literal] = []
         self._rules: list[Rule] = []
-        self._plans: dict[str, Plan] = {}
+        self._plans: dict[str, tuple[Plan, ...]] = {}
         self._anonymous = count(1)
 
     def read(self, start: Node) -> RuleFile:
@@ -153,21 +154,50 @@ class _Reader:
         self._carries.update(one.word for one in node.parts[1:])
 
     def _plan(self, node: Node) -> None:
-        _, head, steps = node.parts
+        _, head, *clauses, steps = node.parts
         name, arguments = _call(head)
+        stated = {word.kind: said for word, said in zip(clauses[::2], clauses[1::2], strict=True)}
+        when = self._conditions(stated["WHEN"]) if "WHEN" in stated else Conditions()
+        cost = self._cost(stated["COST"]) if "COST" in stated else 0.0
         parameters = []
         for one in arguments:
             if one.kind != "variable" or one.parts[0].word == "?_":
                 raise _Refused(one.place, "a plan's parameters are ?variables with names")
             parameters.append(one.parts[0].word[1:])
-        if name in self._plans:
-            first = self._plans[name].place.line
-            raise _Refused(head.place, f"the plan {name} is defined a second time, first in line {first}")
+        known = self._plans.get(name, ())
+        if known and not (stated and all(one.competes for one in known)):
+            first = known[0].place.line
+            words = f"the plan {name} is defined a second time, first in line {first}"
+            raise _Refused(head.place, f"{words}; plans that compete have WHEN or COST each")
+        if known and len(known[0].parameters) != len(parameters):
+            raise _Refused(head.place, f"the plans {name} have different numbers of parameters")
         if _canonical(name, (*ACTIONS, *Joint, "AWAIT", "DELAY")) is not None:
             raise _Refused(head.place, f"{name} is an action's name; give the plan another one")
         inner = tuple(self._step(one) for one in steps.parts)
         step = inner[0] if len(inner) == 1 else Group(Joint.SEQ, inner, node.place)
-        self._plans[name] = Plan(name=name, parameters=tuple(parameters), step=step, place=head.place)
+        plan = Plan(
+            name=name,
+            parameters=tuple(parameters),
+            when=when,
+            cost=cost,
+            competes=bool(stated),
+            step=step,
+            place=head.place,
+        )
+        self._plans[name] = (*known, plan)
+
+    def _cost(self, node: Node) -> Value:
+        """Numbers, variables and measures of the robot, with + and *."""
+        if node.kind in ("plus", "times"):
+            left, right = (self._cost(one) for one in node.parts)
+            return Term(SUM if node.kind == "plus" else PRODUCT, (left, right))
+        value = self._value(node)
+        named = value.functor if isinstance(value, Term) else value
+        count = len(value.args) if isinstance(value, Term) else 0
+        if isinstance(named, str) and MEASURES.get(named) != count:
+            choices = ", ".join(f"{name}/{arity}" for name, arity in MEASURES.items())
+            raise _Refused(node.place, f"a cost has no {value}; it has numbers, ?variables and {choices}")
+        return value
 
     def _initially(self, node: Node) -> None:
         for one in node.parts:

@@ -118,5 +118,8 @@ class _Pretended:
     def say(self, utterance: Utterance) -> Outcome:
         return DONE
 
+    def measure(self, name: str, arguments: tuple[str, ...]) -> float | None:
+        return 0.0
+
     def steer(self, verb: Verb, reason: str) -> Outcome:
         return DONE

@@ -6,7 +6,8 @@ from typing import Protocol
 
 from robots.deliberative.actuators import DONE, Activation, Actuators, Attempt, Outcome, Utterance
 from robots.deliberative.beliefs import BeliefStore
-from robots.deliberative.matching import satisfied
+from robots.deliberative.costs import cost_of
+from robots.deliberative.matching import satisfied, solutions
 from robots.deliberative.program import (
     Activate,
     Adopt,
@@ -21,7 +22,7 @@ from robots.deliberative.program import (
     Steer,
     Step,
 )
-from robots.deliberative.terms import Bindings, Term, instance, shown, substitute
+from robots.deliberative.terms import Bindings, Term, Value, instance, shown, substitute
 
 TIMEOUT = "timeout_s"
 WAIT_TIMEOUT = "wait_timeout_s"
@@ -29,15 +30,18 @@ WAIT_TIMEOUT = "wait_timeout_s"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Means:
-    """What steps are carried out by. `intend`: adopts or retracts a belief in the next cycle."""
+    """What steps are carried out by. `intend`: adopts or retracts a belief in the next cycle;
+    `note`: says for people which plan was chosen.
+    """
 
     agent: str
     store: BeliefStore
     actuators: Actuators
-    plans: Mapping[str, Plan]
+    plans: Mapping[str, Sequence[Plan]]
     carries: frozenset[str]
     intend: Callable[[Term, bool, str], None]
     because: str
+    note: Callable[[str], None] = lambda words: None
 
 
 class StepRun(Protocol):
@@ -55,9 +59,7 @@ class StepRun(Protocol):
 def begin(step: Step, bindings: Bindings, means: Means) -> StepRun:
     """A new run of a step; nothing happens before it is advanced."""
     if isinstance(step, RunPlan):
-        plan = means.plans[step.name]
-        given = [substitute(one, bindings) for one in step.values]
-        return begin(plan.step, dict(zip(plan.parameters, given, strict=True)), means)
+        return _begin_plan(step, bindings, means)
     if isinstance(step, Group):
         if step.joint is Joint.PAR:
             return _Parallel([begin(one, bindings, means) for one in step.steps])
@@ -67,6 +69,15 @@ def begin(step: Step, bindings: Bindings, means: Means) -> StepRun:
     if isinstance(step, Delay):
         return _Delayed(step, bindings)
     return _Packet(step, bindings, means) if isinstance(step, Activate) else _Instant(step, bindings, means)
+
+
+def _begin_plan(called: RunPlan, bindings: Bindings, means: Means) -> StepRun:
+    plans = means.plans[called.name]
+    given = [substitute(one, bindings) for one in called.values]
+    if any(plan.competes for plan in plans):
+        return _Chosen(plans, given, means)
+    (plan,) = plans
+    return begin(plan.step, dict(zip(plan.parameters, given, strict=True)), means)
 
 
 class _Instant:
@@ -178,6 +189,69 @@ class _Parallel:
     def cancel(self, words: str) -> None:
         for run in self._runs:
             run.cancel(words)
+
+
+class _Chosen:
+    """The cheapest plan whose context holds (P-SMPA §4); if it fails, the next one."""
+
+    def __init__(self, plans: Sequence[Plan], given: Sequence[Value], means: Means) -> None:
+        self._plans = plans
+        self._given = given
+        self._means = means
+        self._tried: set[tuple[int, str]] = set()
+        self._failed: list[str] = []
+        self._current: StepRun | None = None
+        self._title = ""
+        self._rejected: list[str] = []
+
+    def advance(self, now_s: float) -> Outcome | None:
+        while True:
+            if self._current is None:
+                self._current = self._choose()
+            if self._current is None:
+                words = f"no plan {self._plans[0].name} is left: "
+                return Outcome(False, words + "; ".join([*self._failed, *self._rejected]))
+            outcome = self._current.advance(now_s)
+            if outcome is None or outcome.is_fulfilled or outcome.dropped:
+                return outcome
+            self._failed.append(f"{self._title} failed: {outcome.words}")
+            self._current = None
+
+    def _choose(self) -> StepRun | None:
+        means = self._means
+        found: list[tuple[float, int, dict[str, Value]]] = []
+        self._rejected = []
+        for number, plan in enumerate(self._plans):
+            bound = dict(zip(plan.parameters, self._given, strict=True))
+            instances = list(solutions(plan.when, bound, means.store))
+            if not instances:
+                self._rejected.append(f"{_titled(plan)} does not apply")
+            for one in instances:
+                cost = cost_of(plan.cost, one, means.actuators.measure)
+                if cost is None:
+                    self._rejected.append(f"{_titled(plan)} has no known cost")
+                elif (number, str(one)) not in self._tried:
+                    found.append((cost, number, one))
+        found.sort(key=lambda one: one[:2])
+        if not found:
+            return None
+        cost, number, bindings = found[0]
+        plan = self._plans[number]
+        self._tried.add((number, str(bindings)))
+        self._title = _titled(plan)
+        others = [f"{_titled(self._plans[other])} costs {more:.3g}" for more, other, _ in found[1:]]
+        self._means.note(
+            "; ".join([f"{self._title} costs {cost:.3g}", *self._failed, *others, *self._rejected])
+        )
+        return begin(plan.step, bindings, means)
+
+    def cancel(self, words: str) -> None:
+        if self._current is not None:
+            self._current.cancel(words)
+
+
+def _titled(plan: Plan) -> str:
+    return f"{plan.name} of line {plan.place.line}"
 
 
 class _Awaited:

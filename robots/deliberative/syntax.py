@@ -27,6 +27,7 @@ SIGNS = {
     "SEMICOLON": ";",
     "COLON": ":",
     "PLUS": "+",
+    "STAR": "*",
     "MINUS": "-",
     "AMPERSAND": "&",
     "BANG": "!",

@@ -94,6 +94,16 @@ def _way_s(leg: BehaviourScript, script: BehaviourScript | None, percepts: Perce
     return min(ways_m, default=0.0) / profile.speed_m_s
 
 
+def way_to_s(place: str, percepts: Percepts) -> float | None:
+    """The time straight to a place of the map at full speed; None for what is on no map."""
+    known = percepts.profile.places.get(place)
+    if known is None:
+        return None
+    here = complex(percepts.pose.x_m, percepts.pose.y_m)
+    ways_m = (abs(end - here) for end in _approaches(known))
+    return min(ways_m, default=0.0) / percepts.profile.speed_m_s
+
+
 def _places(packet: BehaviourPacket, profile: RobotProfile) -> list[BeaconSpec]:
     """The places that a packet names, as far as the robot knows them, in the order of its parameters' names."""
     named = [profile.places.get(packet.arguments[name]) for name in sorted(packet.arguments)]

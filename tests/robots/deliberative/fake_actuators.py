@@ -26,6 +26,7 @@ class FakeActuators:
     begun: list[FakeAttempt] = field(default_factory=list)
     said: list[Utterance] = field(default_factory=list)
     steered: list[tuple[Verb, str]] = field(default_factory=list)
+    measures: dict[tuple[str, ...], float] = field(default_factory=dict)
     is_busy: bool = False
     refusal: str = ""
 
@@ -44,6 +45,9 @@ class FakeActuators:
     def say(self, utterance: Utterance) -> Outcome:
         self.said.append(utterance)
         return DONE
+
+    def measure(self, name: str, arguments: tuple[str, ...]) -> float | None:
+        return self.measures.get((name, *arguments))
 
     def steer(self, verb: Verb, reason: str) -> Outcome:
         self.steered.append((verb, reason))

@@ -306,3 +306,21 @@ def test_rules_are_read_from_a_file() -> None:
     assert read_rules(DEFENDER).name == "defender"
     with pytest.raises(RuleError, match="cannot be read"):
         read_rules(DEFENDER.with_name("nothing.rules"))
+
+
+def test_plans_compete_by_the_robot_s_own_ways_and_its_mind_tells_the_choice() -> None:
+    rules = """
+BELIEF(message(request, ?_, rest)) => COMMIT(rest());
+PLAN rest() COST way(yard) { activate(MOVE_TO(object: yard)) }
+PLAN rest() COST way(door) { activate(MOVE_TO(object: door)) }
+PLAN rest() COST way(nowhere) { activate(STOP) }
+"""
+    rover = Rover(HEAD + rules)
+    rover.tell("rest")
+    rover.run_for(1.0)
+    (told,) = rover.mind.told()
+    (made,) = [one for one in told.commitments if one.name == "rest"]
+    assert made.state == "active"
+    assert made.words.startswith("rest of line 6 costs 0.")
+    assert "rest of line 5 costs" in made.words
+    assert made.words.endswith("rest of line 7 has no known cost")

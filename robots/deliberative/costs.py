@@ -1,0 +1,31 @@
+"""What a plan costs, in seconds or whatever its file counts in: numbers, bound variables, and measures of the robot."""
+
+from collections.abc import Callable, Mapping
+
+from robots.deliberative.terms import Bindings, Term, Value, shown, substitute
+
+SUM = "+"
+PRODUCT = "*"
+WAY = "way"
+BATTERY = "battery"
+MEASURES: Mapping[str, int] = {WAY: 1, BATTERY: 0}
+"""By name, the number of arguments: `way(place)`, seconds straight there at full speed; `battery`, its share."""
+Measure = Callable[[str, tuple[str, ...]], float | None]
+"""Measures the robot now; None for what is not known."""
+
+
+def cost_of(cost: Value, bindings: Bindings, measure: Measure) -> float | None:
+    """The value of a cost; None if a part of it is not known."""
+    if isinstance(cost, Term) and cost.functor in (SUM, PRODUCT):
+        left, right = (cost_of(one, bindings, measure) for one in cost.args)
+        if left is None or right is None:
+            return None
+        return left + right if cost.functor == SUM else left * right
+    value = substitute(cost, bindings)
+    if isinstance(value, float | int):
+        return float(value)
+    if isinstance(value, Term):
+        return measure(
+            value.functor, tuple(one if isinstance(one, str) else shown(one) for one in value.args)
+        )
+    return measure(value, ()) if isinstance(value, str) else None
