@@ -41,6 +41,7 @@ from app.missions.recovery import RecoveryJob, RecoverySteps
 from app.missions.reports import MissionReports
 from app.missions.roles import RoleService
 from app.missions.run_announcer import RunAnnouncer
+from app.missions.sensor_sources import SensorSources
 from app.missions.world_changes import WorldChanges
 from app.missions.world_set import FileChecks, WorldSet
 from app.missions.world_start import end_missions_of_absent_worlds, start_world
@@ -505,6 +506,7 @@ class Service:
             world_set=self.world_set,
             world_changes=self.world_changes,
             roles=self.roles,
+            sensor_sources=SensorSources(worlds=self._files, changes=self.world_changes),
             factsheets=self.factsheets,
             robots=self.robots,
             questions=self.questions,

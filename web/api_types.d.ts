@@ -417,6 +417,12 @@ interface RobotRole {
   decided_by: string | null;
 }
 
+/** A sensor of a robot and the source of its readings: real or virtual. */
+interface SourcedSensor {
+  sensor: string;
+  source: string;
+}
+
 interface ToldBelief {
   term: string;
   value: boolean;

@@ -36,6 +36,7 @@ from app.api.packs import packs_router
 from app.api.page_views import PageViews, views_router
 from app.api.recordings import MCAP, recordings_router
 from app.api.robot_rules import robot_rules_router
+from app.api.robot_sensors import robot_sensors_router
 from app.api.robots import robots_router
 from app.api.streams import DepartureMiddleware, streams_router
 from app.api.teleoperation import teleoperation_router
@@ -48,6 +49,7 @@ from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
 from app.missions.roles import RoleService
+from app.missions.sensor_sources import SensorSources
 from app.missions.world_changes import WorldChanges
 from app.missions.world_set import WorldSet
 from app.packs.contents import PackContents
@@ -105,6 +107,7 @@ class Services:
     tunings: TuningService
     rules: RuleService
     roles: RoleService
+    sensor_sources: SensorSources
     speech: SpeechService
     lost_robots: LostRobots
     out_of_service: OutOfService
@@ -149,6 +152,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     )
     api.include_router(robot_rules_router(service.rules, service.roles))
     api.include_router(conversations_router(service.robots, service.speech))
+    api.include_router(robot_sensors_router(service.sensor_sources))
     api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(
         streams_router(

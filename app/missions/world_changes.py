@@ -107,6 +107,10 @@ class WorldChanges:
         self._clocks = clocks
         self._waiting = waiting
 
+    def edition(self, world: str) -> int:
+        """The number of the world's edition."""
+        return self._worlds.edition(world).number
+
     def history(self, world: str, *, limit: int, before: int | None) -> Sequence[EditionRow]:
         """The editions since the world's file, newest first, without their documents; also of a world that was removed.
 

@@ -24,7 +24,8 @@ Start = tuple[float, float, float]
 Speed = Annotated[float, Field(gt=0, le=2)]
 TurnRate = Annotated[float, Field(gt=0, le=6)]
 Architecture = Literal["parallel", "sequential"]
-Sonar = Annotated[tuple[Literal["real", "virtual"], ...], Field(min_length=1)]
+SonarPart = Literal["real", "map", "virtual"]
+Sonar = Annotated[tuple[SonarPart, ...], Field(min_length=1)]
 Tuning = dict[str, dict[str, dict[str, float]]]
 Interval = tuple[float, float]
 
@@ -123,7 +124,8 @@ class RobotSpec(Checked):
 
     `battery`: the share of its charge that it starts with.
     `architecture`: sensing in parallel with acting, or in turn. `whisker_least_m`: the shortest range read.
-    `sonar`: the range sensors, in order: its whiskers, and a virtual sonar that detects avatars.
+    `sonar`: the range sensors, in order: its whiskers or, in their place, the echoes of the map's walls, and a virtual
+    sonar that detects avatars.
     `sensors`: further ones: cameras, and those of installed packages.
     `senses`: predicates whose facts it perceives of others' work, such as `in` and `clear`; left out: those that its
     sensors perceive; none of an `external` robot. What it does not perceive it is told by clearance.

@@ -32,6 +32,9 @@ Points = NDArray[np.float64]
 """Shape (N, 2), metres, world frame; a single point (2,)."""
 
 
+_AS_COMPLEX = np.array([1, 1j])
+
+
 class FloorMap:
     """Walls, closed doors and rocks. Other robots and samples are not on it."""
 
@@ -40,6 +43,11 @@ class FloorMap:
         self._ends = _points(panel.end for panel in panels)
         self._rocks = _points(rock.point for rock in rocks)
         self._rock_radii_m = np.array([rock.radius_m for rock in rocks], dtype=np.float64)
+
+    @property
+    def walls(self) -> NDArray[np.complex128]:
+        """Shape (M, 2), the ends of each wall's middle line, world frame, metres."""
+        return np.stack((self._starts @ _AS_COMPLEX, self._ends @ _AS_COMPLEX), axis=1)
 
     def clearance_m(self, pose: Pose) -> float:
         """Distance from a rover's hull or jaws to the nearest obstacle; negative if they overlap.

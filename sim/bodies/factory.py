@@ -1,5 +1,6 @@
 """Makes the body and the sonar that the world file names for each robot."""
 
+from cmath import rect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol, cast, runtime_checkable
@@ -8,10 +9,11 @@ import numpy as np
 
 from robots.physical.body import Image, Pose, Readings
 from robots.physical.geometry import to_robot
-from robots.physical.sonar import Activity, VirtualSonar
+from robots.physical.sonar import Activity, MapSonar, VirtualSonar, Walls
 from robots.world import RobotSpec
 from robots.world.bodies import AvatarBodySpec, PackageBodySpec, VelocityBodySpec, WheeledBodySpec
 from robots.world.sensors import CameraSpec, PackageSensorSpec, ScannerSpec
+from robots.world.walls import WALL_THICKNESS_M
 from sim.bodies.avatar import AvatarBody, FloorMap
 from sim.bodies.base import Camera, SimulatedBody
 from sim.bodies.odometry import Odometry
@@ -89,6 +91,22 @@ class SharedScene:
         return [to_robot(here, complex(pose.x_m, pose.y_m)) for pose in there]
 
 
+class MapAround:
+    """The walls and closed doors around a robot. Implements `robots.physical.sonar.KnowsWalls`."""
+
+    def __init__(self, scene: Scene, robot: str, floor: FloorMap) -> None:
+        self._scene = scene
+        self._robot = robot
+        self._walls = floor.walls
+
+    def walls(self) -> Walls:
+        here = self._scene.pose(self._robot)
+        doors = FloorMap(tuple(self._scene.lowered_panels)).walls
+        there: Walls = np.concatenate((self._walls, doors)) - complex(here.x_m, here.y_m)
+        turned: Walls = there * rect(1.0, -here.heading_rad)
+        return turned
+
+
 def make_bodies(
     specs: Sequence[RobotSpec],
     *,
@@ -108,6 +126,16 @@ def make_bodies(
     for spec in specs:
         body = bodies[spec.name] = _made(spec, scene, floor, jaws, told[spec.name], rngs[spec.name])
         others = [avatar for avatar in avatars if avatar != spec.name]
+        if "map" in spec.sonar:
+            body.install(
+                MapSonar(
+                    MapAround(scene, spec.name, floor),
+                    beams=spec.whiskers,
+                    range_m=spec.whisker_range_m,
+                    least_m=spec.whisker_least_m,
+                    thickness_m=WALL_THICKNESS_M,
+                )
+            )
         if "virtual" in spec.sonar and others:
             body.install(
                 VirtualSonar(

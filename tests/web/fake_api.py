@@ -275,6 +275,15 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
         service.rule(body["files"], body["comment"])
         return service.rules
 
+    @app.get("/v1/robots/{name}/sensors", dependencies=v1)
+    def sensors(name: str) -> Any:
+        return {"items": [service.sensor]}
+
+    @app.put("/v1/robots/{name}/sensors/{sensor}", dependencies=v1)
+    def set_source(name: str, sensor: str, body: dict[str, Any]) -> Any:
+        service.sensor = service.sensor | {"source": body["source"]}
+        return service.sensor
+
     @app.get("/v1/robots/{name}/role", dependencies=v1)
     def role(name: str) -> Any:
         return service.role

@@ -131,6 +131,7 @@ class FakeService:
         self.recorded_minds: dict[str, list[dict[str, Any]]] = {}
         self.said: list[dict[str, Any]] = []
         """What the robots of the mission have said."""
+        self.sensor: dict[str, Any] = {"sensor": "ultrasonic", "source": "real"}
         self.role: dict[str, Any] = {
             "version": 0,
             "role": None,

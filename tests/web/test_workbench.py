@@ -335,6 +335,18 @@ def test_a_role_is_given_with_what_it_is_recruited_for_and_ended(page: Page, ser
     expect(panel).to_contain_text("plays no role; version 3")
 
 
+def test_a_ring_is_replaced_by_its_virtual_counterpart_and_shown_as_virtual(
+    page: Page, service: FakeService
+) -> None:
+    opened(page, "behaviour")
+    shown = page.get_by_test_id("sensor-sources")
+    source = shown.get_by_label("Source of ultrasonic")
+    expect(source).to_have_value("real")
+    source.select_option("virtual")
+    expect(shown).to_contain_text("virtual: the echoes of the map's walls")
+    assert service.sensor["source"] == "virtual"
+
+
 def test_rules_are_sent_from_the_newest_version_and_without_faults_or_not_at_all(
     page: Page, service: FakeService
 ) -> None:

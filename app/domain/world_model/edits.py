@@ -205,6 +205,11 @@ class ChangeRobot(EditOfOne):
     )
 
     @property
+    def touched(self) -> frozenset[str]:
+        """Nothing that a mission needs, if only the source of its ranges changes."""
+        return frozenset() if self.values.keys() == {"sonar"} else frozenset({self.name})
+
+    @property
     def replaces(self) -> bool:
         """True if a simulated twin takes the robot's place, or the other way round."""
         return self.external is not None

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robots.physical.body import RADIUS_M, Readings
-from robots.physical.sonar import VirtualSonar, cascade
+from robots.physical.sonar import MapSonar, VirtualSonar, Walls, cascade
 
 BEAMS = 16
 SILENCE = Readings(time_s=0.0, ranges_m=np.full(BEAMS, inf), bumper=None, sightings=None, gripper=None)
@@ -91,3 +91,42 @@ def test_sonar_that_is_off_hears_nothing_virtually_either() -> None:
 def test_a_range_is_never_below_the_least_nor_beyond_the_range(places: list[complex], least_m: float) -> None:
     for range_m in heard(*places, least_m=least_m):
         assert least_m <= range_m <= 2.5 or range_m == inf
+
+
+class Room:
+    """Walls in the robot's own frame, each from end to end."""
+
+    def __init__(self, *walls: tuple[complex, complex]) -> None:
+        self._walls = np.array(walls, dtype=np.complex128).reshape(-1, 2)
+
+    def walls(self) -> Walls:
+        return self._walls
+
+
+def echoes(*walls: tuple[complex, complex], least_m: float = 0.0, before: Readings = SILENCE) -> list[float]:
+    sonar = MapSonar(Room(*walls), beams=BEAMS, range_m=2.5, least_m=least_m, thickness_m=0.08)
+    ranges_m = sonar.process(before).ranges_m
+    assert ranges_m is not None
+    return [float(range_m) for range_m in ranges_m]
+
+
+AHEAD = (1 - 0.2j, 1 + 0.2j)
+
+
+def test_a_wall_of_the_map_gives_its_faces_echo_to_the_beams_that_meet_it() -> None:
+    straight = echoes(AHEAD)
+    assert straight[0] == pytest.approx(1 - 0.04 - RADIUS_M)
+    assert straight[1:] == [inf] * (BEAMS - 1)
+    slanted = echoes((1 - 1j, 1 + 1j))
+    assert slanted[1] == pytest.approx((1 - 0.04) / np.cos(2 * pi / BEAMS) - RADIUS_M)
+    assert echoes() == [inf] * BEAMS
+
+
+def test_the_nearer_wall_counts_and_what_was_heard_before_it() -> None:
+    assert echoes(AHEAD, (0.6 - 1j, 0.6 + 1j))[0] == pytest.approx(0.6 - 0.04 - RADIUS_M)
+    assert echoes((3 - 1j, 3 + 1j))[0] == inf, "out of range"
+    assert echoes((0.3 - 1j, 0.3 + 1j), least_m=0.25)[0] == 0.25
+    before = replace(SILENCE, ranges_m=np.full(BEAMS, 0.1))
+    assert echoes(AHEAD, before=before)[0] == 0.1
+    off = replace(SILENCE, ranges_m=None)
+    assert MapSonar(Room(AHEAD), beams=BEAMS, range_m=2.5, thickness_m=0.08).process(off) is off

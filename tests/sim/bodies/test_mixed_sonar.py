@@ -55,6 +55,21 @@ def test_each_hears_only_by_what_it_is_fitted_with() -> None:
     assert ranges_m(hearing(world, "real", "virtual")) == pytest.approx(np.minimum(real, virtual))
 
 
+@pytest.mark.parametrize("start", [(0.6, 0.7, 20), (1.6, 1.1, -130)])
+def test_the_maps_echoes_are_those_of_the_real_ring_where_nothing_else_stands(
+    start: tuple[float, float, float],
+) -> None:
+    world = two_rooms(start, whiskers=32)
+    assert ranges_m(hearing(world, "map")) == pytest.approx(ranges_m(hearing(world, "real")), abs=0.06)
+
+
+def test_the_map_has_no_solid_robots() -> None:
+    world = two_rooms((0.4, 0.5, 0), second=(1.4, 0.5, 180))
+    alone = two_rooms((0.4, 0.5, 0))
+    assert ranges_m(hearing(world, "map")) == pytest.approx(ranges_m(hearing(alone, "map")))
+    assert ranges_m(hearing(world, "real"))[0] == pytest.approx(1.0 - 2 * RADIUS_M, abs=0.05)
+
+
 class Careful:
     """Knows what it hears, and nothing else: drives ahead, stands while something is near ahead."""
 

@@ -174,6 +174,7 @@ def with_robot(name: str, **values: Any) -> WorldFile:
         {"start": [2.0, 1.4, 0]},
         {"architecture": "sequential"},
         {"sonar": ["real"]},
+        {"sonar": ["map", "virtual"]},
         {"sensors": [{"kind": "camera"}]},
         {"tuning": {"NAVIGATE": {"translate/obstacle_avoid": {"stimulus.reach_m": 0.4}}}},
         {"link": {"delay_s": 0.5}},

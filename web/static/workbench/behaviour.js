@@ -5,6 +5,7 @@ import { get, id, problemOf } from "../page/api.js";
 import { el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
 import { stripChart } from "./charts.js";
+import { mountSensors } from "./sensors.js";
 import { mountTuning } from "./tuning.js";
 
 const EVERY_MS = 1000;
@@ -15,8 +16,9 @@ const MAX_EVENTS = 12;
 export function mountBehaviour(root) {
   /** @param {string} name */
   const section = (name) => el("div", { "data-testid": `behaviour-${name}` });
-  const parts = { script: section("script"), conditions: section("conditions"), patterns: section("patterns"), events: section("events"), tuning: section("tuning") };
+  const parts = { script: section("script"), conditions: section("conditions"), patterns: section("patterns"), events: section("events"), tuning: section("tuning"), sensors: section("sensors") };
   const tuning = mountTuning(parts.tuning);
+  const sensors = mountSensors(parts.sensors);
   /** @type {string[]} */
   const events = [];
   /** @type {Robot | null} */
@@ -51,13 +53,17 @@ export function mountBehaviour(root) {
     update(state) {
       const current = state.robots.find((one) => one.name === state.robot) ?? null;
       const isOther = current?.name !== robot?.name;
-      if (isOther) events.length = 0;
+      if (isOther) {
+        events.length = 0;
+        sensors.setRobot(current?.name ?? null);
+      }
       if (isOther || current?.packet !== robot?.packet) tuning.setRobot(current?.name ?? null, current?.packet ?? null);
       robot = current;
       if (isOther) load();
       showList(parts.events, events, "Nothing since this was opened.");
     },
     onEvent({ type, subject, data = {} }) {
+      if (type === "world.changed" && subject === robot?.world) sensors.refresh();
       if (!robot || (subject !== robot.name && data.robot !== robot.name)) return;
       const details = [data.packet, ...(data.events ?? []), data.detail || data.reason].filter(Boolean).join(", ");
       events.unshift(`${data.at_s ? `${data.at_s.toFixed(1)} s ` : ""}${words(type)}: ${details}`);
