@@ -56,7 +56,8 @@ def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
                     waits_for[n] = int(end)
                     if choice.stops[place] & PUSH and ways_made < most_ways and waits_for[n] != NONE:
                         holder = int(facts[waits_for[n], BY])
-                        if holder >= 0 and _leave(model, state, holder, waits_for[n], place, length):
+                        home = choice.stops[place] & STRICT > 0
+                        if holder >= 0 and _leave(model, state, holder, waits_for[n], place, length, home):
                             ways_made += 1
                             length += 1
                             continue
@@ -66,7 +67,9 @@ def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
         anyone = not anyone
         if anyone:
             continue
-        if ways_made == most_ways or not _make_way(model, state, waits_for[:waiting], places, length):
+        if ways_made == most_ways or not _make_way(
+            model, state, choice.stops, waits_for[:waiting], places, length
+        ):
             state.missing_fact[0] = _hopeless(model, waits_for[:waiting])
             return IMPOSSIBLE, length, 0.0
         ways_made += 1
@@ -103,11 +106,12 @@ def _begin(model, choice, state):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _make_way(model, state, waits_for, places, length):  # type: ignore[no-untyped-def]
+def _make_way(model, state, stops, waits_for, places, length):  # type: ignore[no-untyped-def]
     """Have somebody bring about a fact that a leg waits for, by leaving; True if somebody could."""
     for m in range(waits_for.shape[0]):
         for agent in range(state.free.shape[0]):
-            if waits_for[m] != NONE and _leave(model, state, agent, waits_for[m], places[m], length):
+            home = stops[places[m]] & STRICT > 0
+            if waits_for[m] != NONE and _leave(model, state, agent, waits_for[m], places[m], length, home):
                 return True
     return False
 

@@ -374,12 +374,16 @@ def place_leg(model, state, leg, key, wanted, stops, anyone, length):  # type: i
     return -1, float(missing)
 
 
-def leave(model, state, agent, fact, key, length):  # type: ignore[no-untyped-def]
-    """Have the agent leave where it stands, so that the fact comes about; True if it could."""
+def leave(model, state, agent, fact, key, length, home):  # type: ignore[no-untyped-def]
+    """Have the agent leave where it stands, so that the fact comes about; True if it could.
+
+    :param home: True: rather to where it stood at first than to a near place.
+    """
     here = state.configuration[agent]
     near = model.near_first[here + 1] - model.near_first[here]
     back = model.leave_first[agent + 1] - model.leave_first[agent]
-    for n in range(near + back):
+    for turn in range(near + back):
+        n = (turn + near) % (near + back) if home else turn
         if n < near:
             way = model.near_ways[model.near_first[here] + n]
         else:
