@@ -50,6 +50,7 @@ from app.packs.find import load_packs
 from app.packs.pack_set import difference
 from app.planning.alternatives import Alternatives, AlternativesJob
 from app.planning.approval import PlanApproval
+from app.planning.bids import PlanBids
 from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
 from app.planning.goal_planning import GoalPlanningJob
@@ -304,6 +305,9 @@ class Service:
         )
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
+        self.plan_bids = PlanBids(
+            core, speech=self.speech, worlds=self._files, library=self.packs.library(), paces=self._paces
+        )
         self.goals = GoalService(
             core,
             world=self.worlds.world,
@@ -500,6 +504,7 @@ class Service:
             alternatives=self.alternatives,
             plans=self.plans,
             explanations=self.explanations,
+            plan_bids=self.plan_bids,
             export=self.export,
             missions=self.missions,
             worlds=self.worlds,

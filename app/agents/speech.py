@@ -199,7 +199,7 @@ class SpeechService:
             return self._reply(session, row, heard)
         if (listener := self._listeners.get(row.opener)) is not None:
             listener(session, row)
-        return []
+        return [_speech(row)] if row.said[-1]["sender"] == SERVICE else []
 
     def _opened(self, session: Session, world: str, message: Message, act: SpeechAct) -> list[Speech]:
         if message.in_reply_to is not None:

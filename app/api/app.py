@@ -34,6 +34,7 @@ from app.api.missions import missions_router
 from app.api.openapi import Api
 from app.api.packs import packs_router
 from app.api.page_views import PageViews, views_router
+from app.api.plan_bids import plan_bids_router
 from app.api.recordings import MCAP, recordings_router
 from app.api.robot_rules import robot_rules_router
 from app.api.robot_sensors import robot_sensors_router
@@ -55,6 +56,7 @@ from app.missions.world_set import WorldSet
 from app.packs.contents import PackContents
 from app.planning.alternatives import Alternatives
 from app.planning.approval import PlanApproval
+from app.planning.bids import PlanBids
 from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
 from app.planning.goal_service import GoalService
@@ -96,6 +98,7 @@ class Services:
     alternatives: Alternatives
     plans: PlanApproval
     explanations: Explanations
+    plan_bids: PlanBids
     export: PlanExport
     missions: MissionService
     worlds: WorldService
@@ -134,6 +137,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     problems.install(api)
     api.include_router(goals_router(service.goals, service.alternatives))
     api.include_router(plans_router(service.plans, service.explanations, service.export))
+    api.include_router(plan_bids_router(service.plan_bids))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
     api.include_router(world_set_router(service.world_set, service.worlds))

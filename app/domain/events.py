@@ -467,8 +467,8 @@ class SpeechHeard(Event, type="speech.heard"):
 
 
 class SpeechSaid(Event, type="speech.said"):
-    """The service and a robot speak: who has said what to whom (world's clock), about a goal, a mission or the robot
-    itself, the subject. `speaker`: the person on whose behalf the service speaks.
+    """The service and a robot speak: who has said what to whom (world's clock), about a goal, a plan, a mission or
+    the robot itself, the subject. `speaker`: the person on whose behalf the service speaks.
     """
 
     world: str

@@ -40,6 +40,7 @@ from robots.wire import (
     ScriptState,
     SetPoint,
     SetPointRefusal,
+    SpeechAct,
     StatusQuery,
     StatusReport,
     SymbolicFact,
@@ -185,7 +186,9 @@ class FakeTeam:
                 self.arrived.append(message.id)
                 if self.faults.lost > 0:
                     self.faults.lost -= 1
-                elif message.receiver not in self.faults.silent:
+                elif message.receiver in self.faults.silent or isinstance(message.body, SpeechAct):
+                    pass  # they have no social level
+                else:
                     self._take(message)
             self.clock.advance(TICK_S)
             for name, robot in self.robots.items():

@@ -1,0 +1,64 @@
+"""Routes of the bids that robots make for a proposed plan."""
+
+from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.api.bodies import Page
+from app.api.parameters import Id
+from app.api.problems import declared
+from app.planning.bids import PlanBids
+
+
+class OfferBody(BaseModel):
+    """A robot's bid, by its own state and belief; seconds of the world's clock."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    cost_s: float = Field(description="what bids are compared by")
+    release_s: float = Field(description="until it is free")
+    way_s: float = Field(description="from where it is then to the first place, at least")
+    work_s: float
+    battery: float = Field(description="what is left afterwards, 0 to 1, at least")
+    degraded: list[str] = Field(description="readings that it leaves out")
+
+
+class RobotBidBody(BaseModel):
+    model_config = ConfigDict(from_attributes=True)
+
+    robot: str
+    state: str = Field(
+        description="called, rejected (it has bid, and was told that it was only asked), refused, timed_out, "
+        "not_understood, cancelled or no_speech"
+    )
+    offer: OfferBody | None
+    reason: str = Field(description="why it has made no bid; empty if it has, or has not answered yet")
+
+
+class PartBidsBody(BaseModel):
+    """The bids for what one robot does in the plan."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    robot: str = Field(description="whose part it is in the plan")
+    packets: list[str]
+    bids: list[RobotBidBody]
+    cheapest: str | None = Field(description="the robot whose bid costs least; null while there is none")
+
+
+def plan_bids_router(bids: PlanBids) -> APIRouter:
+    router = APIRouter(prefix="/v1", tags=["plans"])
+
+    @router.post("/plans/{plan_id}:call_for_bids", status_code=202, responses=declared(409))
+    def call_for_bids(plan_id: Id) -> Page[PartBidsBody]:
+        """Ask the robots of the world what each would bid for each robot's part of the proposed plan.
+
+        Answers at once; read the bids with GET. The plan keeps its robots. 409 if it is no longer proposed.
+        """
+        return Page(items=[PartBidsBody.model_validate(one) for one in bids.call(plan_id)])
+
+    @router.get("/plans/{plan_id}/bids")
+    def get_bids(plan_id: Id) -> Page[PartBidsBody]:
+        """What the robots have answered to the last call; empty if they were not asked."""
+        return Page(items=[PartBidsBody.model_validate(one) for one in bids.of(plan_id)])
+
+    return router

@@ -1,0 +1,208 @@
+"""A proposed plan put to the robots by contract net (FIPA SC00029): what each bids for each robot's part, or why not.
+
+The robots are asked only: every bid is answered with reject-proposal, and the plan keeps its robots. Whoever decides on
+the plan sees what the robots know of themselves (MACTA §4: planning may communicate with agents).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.agents.speech import SpeechService, last_heard
+from app.core import Core
+from app.domain.errors import Conflict
+from app.domain.ids import new_id
+from app.domain.lifecycles.plan import PlanState
+from app.domain.mission_organiser import Library, OrganiserFailure, organise
+from app.planning.proposals import plan_row
+from app.store import ConversationRow, PlanRow
+from robots.executive.offer import Offer
+from robots.social import ContentError, Term, parse_term
+from robots.social.legs import REJECT, call_of, leg_of, offer_of
+from robots.social.protocols import CONTRACT_NET
+from robots.wire import MAX_CONTENT, BehaviourPacket, BehaviourScript, Performative
+from robots.world import BIDS, WorldFile
+
+OPENER = "bids"
+REPLY_S = 2.0
+"""Wall-clock seconds in which a robot is to answer, beside what its radio takes."""
+FLAT_OUT = 200.0
+"""Assumed pace of a world that runs as fast as possible."""
+NO_SPEECH = "no_speech"
+"""The state of a robot that does not take calls."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotBid:
+    """What a robot has answered to the call for a part.
+
+    :param state: of the conversation, or `no_speech`. :param offer: None: it has made none, or none yet.
+    :param reason: why it has made none.
+    """
+
+    robot: str
+    state: str
+    offer: Offer | None = None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartBids:
+    """The bids for the part of the plan that `robot` has in it.
+
+    :param cheapest: the robot whose bid has the lowest cost; None while there is none.
+    """
+
+    robot: str
+    packets: Sequence[str]
+    bids: Sequence[RobotBid]
+    cheapest: str | None
+
+
+@dataclass(slots=True)
+class _Part:
+    packets: Sequence[str]
+    bids: list[RobotBid] = field(default_factory=list)
+
+
+class PlanBids:
+    """Calls for proposals on plans, and reads what came of it."""
+
+    def __init__(
+        self,
+        core: Core,
+        *,
+        speech: SpeechService,
+        worlds: Mapping[str, WorldFile],
+        library: Library,
+        paces: Mapping[str, Callable[[], float | None]],
+    ) -> None:
+        """:param paces: by world, its seconds per wall-clock second now; None: as fast as possible."""
+        self._core = core
+        self._speech = speech
+        self._worlds = worlds
+        self._library = library
+        self._paces = paces
+        speech.listen(OPENER, self._answered)
+
+    def call(self, plan_id: str) -> Sequence[PartBids]:
+        """Ask all robots of the plan's world for bids for each robot's part; returns at once.
+
+        :raises Conflict: if the plan is no longer proposed, or its actions match no packets.
+        """
+        with self._core.database.write() as session:
+            plan = plan_row(session, plan_id)
+            if plan.state != PlanState.PROPOSED:
+                detail = f"plan {plan_id} is {plan.state}: robots bid for proposed plans only"
+                raise Conflict(detail, code="plan-decided")
+            for row in self._rows(session, plan):
+                self._speech.cancel(row, "the robots are asked again")
+            for part in self._parts(session, plan):
+                conversation_id = new_id("call")
+                for robot in self._worlds[plan.world].robots:
+                    self._call(session, plan, part, robot.name, conversation_id)
+            return self._read(session, plan)
+
+    def of(self, plan_id: str) -> Sequence[PartBids]:
+        """What the robots have answered to the last call, by the part's robot; empty if they were not asked."""
+        with self._core.database.read() as session:
+            return self._read(session, plan_row(session, plan_id))
+
+    def _call(
+        self, session: Session, plan: PlanRow, part: BehaviourScript, robot: str, conversation_id: str
+    ) -> None:
+        content = call_of(part.robot, [_as_of(packet, part.robot, robot) for packet in part.packets])
+        if len(str(content)) > MAX_CONTENT:
+            detail = f"the part of {part.robot} is too long for a call: over {MAX_CONTENT} characters"
+            raise Conflict(detail, code="part-too-long")
+        if self._speech.unheard_reason(plan.world, robot, BIDS):
+            return
+        pace = self._paces[plan.world]()
+        answer_s = self._worlds[plan.world].links[robot].answer_s
+        self._speech.open(
+            session,
+            world=plan.world,
+            robot=robot,
+            what=BIDS,
+            performative=Performative.CFP,
+            content=content,
+            protocol=CONTRACT_NET,
+            within_s=answer_s + REPLY_S * max(1.0, FLAT_OUT if pace is None else pace),
+            opener=OPENER,
+            about=plan.id,
+            conversation_id=conversation_id,
+        )
+
+    def _parts(self, session: Session, plan: PlanRow) -> Sequence[BehaviourScript]:
+        world = self._worlds[plan.world]
+        organised = organise(
+            self._core.plan_nets.of(session, plan.id),
+            self._library,
+            {one.name: one.repertoire for one in world.agents},
+            plan.id,
+            self._core.knowledge_base,
+            facts=self._core.facts.facts(session, plan.world),
+        )
+        if isinstance(organised, OrganiserFailure):
+            raise Conflict(organised.reason, code="no-packets")
+        robots = world.robots_by_name
+        return [script for script in organised.scripts if script.robot in robots]
+
+    def _answered(self, session: Session, row: ConversationRow) -> None:
+        """Reject a bid: the plan keeps its robots."""
+        heard = last_heard(row)
+        if row.is_over or heard is None or heard[0] is not Performative.PROPOSE:
+            return
+        leg = parse_term(row.said[0]["content"]).words[0]
+        self._speech.say(session, row, Performative.REJECT_PROPOSAL, Term(REJECT, (leg,)))
+
+    def _rows(self, session: Session, plan: PlanRow) -> Sequence[ConversationRow]:
+        of_plan = (ConversationRow.about == plan.id, ConversationRow.opener == OPENER)
+        query = select(ConversationRow).where(ConversationRow.world == plan.world, *of_plan)
+        return session.scalars(query.order_by(ConversationRow.opened_at, ConversationRow.robot)).all()
+
+    def _read(self, session: Session, plan: PlanRow) -> Sequence[PartBids]:
+        newest: dict[tuple[str, str], ConversationRow] = {}
+        parts: dict[str, _Part] = {}
+        for row in self._rows(session, plan):
+            leg = leg_of(parse_term(row.said[0]["content"]), row.robot)
+            newest[leg.id, row.robot] = row
+            parts[leg.id] = _Part(packets=tuple(packet.tag for packet in leg.packets))
+        for (part, _), row in newest.items():
+            parts[part].bids.append(_bid(row))
+        silent = {
+            robot.name: reason
+            for robot in self._worlds[plan.world].robots
+            if (reason := self._speech.unheard_reason(plan.world, robot.name, BIDS))
+        }
+        for one in parts.values():
+            one.bids += [RobotBid(robot=name, state=NO_SPEECH, reason=why) for name, why in silent.items()]
+        return [_part_bids(robot, part) for robot, part in sorted(parts.items())]
+
+
+def _part_bids(robot: str, part: _Part) -> PartBids:
+    offers = [(bid.offer.cost_s, bid.robot) for bid in part.bids if bid.offer is not None]
+    return PartBids(
+        robot=robot,
+        packets=part.packets,
+        bids=sorted(part.bids, key=lambda bid: bid.robot),
+        cheapest=min(offers)[1] if offers else None,
+    )
+
+
+def _bid(row: ConversationRow) -> RobotBid:
+    heard = last_heard(row)
+    if heard is None or heard[0] is not Performative.PROPOSE:
+        return RobotBid(robot=row.robot, state=row.state, reason=row.reason)
+    try:
+        return RobotBid(robot=row.robot, state=row.state, offer=offer_of(heard[1]))
+    except ContentError as error:
+        return RobotBid(robot=row.robot, state=row.state, reason=str(error))
+
+
+def _as_of(packet: BehaviourPacket, planned: str, robot: str) -> BehaviourPacket:
+    """The packet as another robot would get it: its own name in place of the planned robot's."""
+    arguments = {name: robot if value == planned else value for name, value in packet.arguments.items()}
+    return packet.model_copy(update={"arguments": arguments})
