@@ -29,6 +29,7 @@ from app.api.recordings import recorded_bodies
 from app.core import Core
 from app.domain.mission_organiser import Margin
 from app.domain.world_model.senses import restricted_senses
+from app.missions.dialogues import DialogueService
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.factsheets import Factsheets
 from app.missions.fleet_run import DeclaresPacks, FleetRun
@@ -362,6 +363,15 @@ class Service:
             changes=self.world_changes,
             factsheets=self.factsheets,
         )
+        self.dialogues = DialogueService(
+            core,
+            worlds=self._files,
+            robots=self.robots,
+            board=self.board,
+            missions=self.missions,
+            speech=self.speech,
+            repertoire=self.packs.repertoire(),
+        )
         repertoires = self._files.each(lambda file: {one.name: one.repertoire for one in file.agents})
         senses = self._files.each(lambda file: restricted_senses(file, core.knowledge_base, self._perceives))
         dispatcher = ScriptDispatcher(
@@ -518,6 +528,7 @@ class Service:
             tunings=self.tunings,
             rules=self.rules,
             speech=self.speech,
+            dialogues=self.dialogues,
             lost_robots=self.lost_robots,
             out_of_service=self.out_of_service,
             teleoperation=self.teleoperation,

@@ -467,6 +467,30 @@ interface Mind {
   conversations: ToldConversation[];
 }
 
+interface DialogueLine {
+  by: string;
+  performative: string;
+  content: string;
+  words: string;
+}
+
+interface ShownPacket {
+  tag: string;
+  arguments: Record<string, string>;
+  expected_duration_s: number;
+}
+
+interface Dialogue {
+  id: string;
+  robot: string;
+  state: string;
+  reason: string;
+  text: string;
+  question: { detail: string; choices: string[] } | null;
+  script: ShownPacket[];
+  lines: DialogueLine[];
+}
+
 interface TeleoperationState {
   driving: boolean;
   last_heard_s: number;

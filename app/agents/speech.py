@@ -164,7 +164,7 @@ class SpeechService:
         late = [row for row in rows if row.reply_by_s is not None and now_s >= row.reply_by_s]
         if late:
             self._end_late(late, now_s)
-        return [_speech(row) for row in rows if row.is_due and row not in late]
+        return [_speech(row) for row in rows if life.is_to_be_said(row) and row not in late]
 
     def hear(self, world: str, message: Message, act: SpeechAct) -> list[Speech]:
         """Record what a robot says; what is to be sent at once."""
@@ -375,7 +375,7 @@ def last_heard(row: ConversationRow) -> tuple[Performative, Term] | None:
 
 def _speech(row: ConversationRow) -> Speech:
     """What the service has said last, as it is sent."""
-    said = row.said[-1]
+    said = next(one for one in reversed(row.said) if one["sender"] == SERVICE)
     return Speech(
         robot=row.robot,
         message_id=said["id"],

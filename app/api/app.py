@@ -23,6 +23,7 @@ from app.api import problems
 from app.api.auth import TokenCheck, TokenMiddleware
 from app.api.bodies import GoalBody, plan_body
 from app.api.conversations import conversations_router
+from app.api.dialogues import dialogues_router
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
 from app.api.executors import executors_router
 from app.api.factsheets import factsheets_router
@@ -45,6 +46,7 @@ from app.api.viewer_proxy import view_router, viewer_router
 from app.api.world_changes import world_changes_router
 from app.api.world_set import world_set_router
 from app.api.worlds import worlds_router
+from app.missions.dialogues import DialogueService
 from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
@@ -112,6 +114,7 @@ class Services:
     roles: RoleService
     sensor_sources: SensorSources
     speech: SpeechService
+    dialogues: DialogueService
     lost_robots: LostRobots
     out_of_service: OutOfService
     teleoperation: Teleoperation
@@ -149,6 +152,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
             service.robots,
             service.questions,
             service.tunings,
+            service.dialogues,
             service.lost_robots,
             service.out_of_service,
             service.factsheets,
@@ -157,6 +161,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(robot_rules_router(service.rules, service.roles))
     api.include_router(conversations_router(service.robots, service.speech))
     api.include_router(robot_sensors_router(service.sensor_sources))
+    api.include_router(dialogues_router(service.dialogues))
     api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(
         streams_router(

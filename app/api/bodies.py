@@ -421,6 +421,7 @@ class RobotDetailBody(RobotBody):
         "it does not sense it is told by clearance"
     )
     factsheet: FactsheetBody | None = Field(description="null if it has told nothing")
+    dialogue_id: str | None = Field(description="the newest dialogue of a person with it that has not ended")
 
 
 class WorldItem(BaseModel):

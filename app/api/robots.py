@@ -28,6 +28,7 @@ from app.api.goals import ACTOR
 from app.api.parameters import Id, NameFilter
 from app.api.problems import declared
 from app.api.worlds import TAGS
+from app.missions.dialogues import DialogueService
 from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.out_of_service import OutOfService
@@ -77,6 +78,7 @@ def robots_router(
     robots: RobotDirectory,
     questions: Questions,
     tunings: TuningService,
+    dialogues: DialogueService,
     lost: LostRobots,
     out_of_service: OutOfService,
     factsheets: Factsheets,
@@ -96,10 +98,13 @@ def robots_router(
     @router.get("/robots/{name}")
     def get_robot(name: Id) -> RobotDetailBody:
         report = robots.robot(name)
-        body = _robot(report)
-        row = factsheets.of_robot(body.world, name)
-        sheet = None if row is None else FactsheetBody.model_validate(row)
-        return RobotDetailBody(**dict(body), senses=list(report.senses), factsheet=sheet)
+        row = factsheets.of_robot(report.view.world, name)
+        return RobotDetailBody(
+            **dict(_robot(report)),
+            senses=list(report.senses),
+            factsheet=None if row is None else FactsheetBody.model_validate(row),
+            dialogue_id=dialogues.open_one(name),
+        )
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
     def declare_lost(name: Id, body: Decision | None = None) -> RobotBody:

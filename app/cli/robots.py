@@ -139,3 +139,30 @@ def role(
 
     with reported_errors(), connected(service) as client:
         typer.echo(run(client, robot, wanted, tags=tag or (), home=home, rules=rules, clear=clear))
+
+
+@commands.command()
+def say(
+    robot: Annotated[str, typer.Argument(help="The robot's name.", metavar="NAME")],
+    text: Annotated[str, typer.Argument(help="A sentence, or a line of FIPA ACL (docs/people.md).")],
+    approve: Annotated[
+        bool, typer.Option("--approve", help="Carry out at once what it asks for, without showing it first.")
+    ] = False,
+    dialogue: Annotated[
+        str | None, typer.Option(help="Dialogue that it goes on with, such as the answer to which one.")
+    ] = None,
+    patience_s: Annotated[
+        float, typer.Option(min=0, help="Seconds that the robot's answer is awaited.")
+    ] = 120.0,
+    service: Service = LOCAL,
+) -> None:
+    """Say something to one robot on a running service, such as "face sample_1" or "what do you see?".
+
+    The service's token is read from MACTA_TOKEN.
+    """
+    from app.cli.say import say as run
+    from app.cli.service_calls import connected
+
+    with reported_errors(), connected(service) as client:
+        for line in run(client, robot, text, approve=approve, dialogue=dialogue, patience_s=patience_s):
+            typer.echo(line)

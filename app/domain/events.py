@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar
 
+from app.domain.lifecycles.dialogue import DialogueState
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.hold import HoldEnding
 from app.domain.lifecycles.mission import ENDED, MissionState
@@ -483,6 +484,22 @@ class SpeechSaid(Event, type="speech.said"):
     speaker: str
     sent_at_s: float
     at_s: float
+
+
+class DialogueChanged(Event, type="dialogue.{0.state}", states=tuple(DialogueState)):
+    """A dialogue of a person with the robot, the subject, has another state or another line: what `speaker` has said
+    last, in words. `text`: what the person has said as a whole; `reason`: why it was refused or has failed.
+    """
+
+    world: str
+    dialogue: str
+    state: DialogueState
+    actor: str
+    text: str
+    speaker: str
+    performative: Performative
+    words: str
+    reason: str
 
 
 class ResultReceived(Event, type="packet.result"):

@@ -103,14 +103,18 @@ class MissionService:
     def pause(self, mission_id: str, actor: str, comment: str) -> Mission:
         """Order every robot that is still at work to stand still and to keep its position in its script."""
         with self._database.write() as session:
-            mission = _mission(session, mission_id, to_change=True)
-            _refuse_ended(mission, "paused")
-            if mission.cancel_requested:
-                raise Conflict(f"mission {mission.id} is being cancelled", code="being-cancelled")
-            if not is_paused(mission):
-                mission_lifecycle.pause(mission)
-                self._order(session, mission, ControlVerb.PAUSE, actor, comment)
-            return _with_scripts(session, mission)
+            return self.pause_in(session, mission_id, actor, comment)
+
+    def pause_in(self, session: Session, mission_id: str, actor: str, comment: str) -> Mission:
+        """As `pause`, in a transaction."""
+        mission = _mission(session, mission_id, to_change=True)
+        _refuse_ended(mission, "paused")
+        if mission.cancel_requested:
+            raise Conflict(f"mission {mission.id} is being cancelled", code="being-cancelled")
+        if not is_paused(mission):
+            mission_lifecycle.pause(mission)
+            self._order(session, mission, ControlVerb.PAUSE, actor, comment)
+        return _with_scripts(session, mission)
 
     def resume(self, mission_id: str, actor: str, comment: str) -> Mission:
         """Go on after a pause; a stuck mission is recovered again."""

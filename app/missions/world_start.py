@@ -21,6 +21,7 @@ from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
 from app.domain.world_model.beliefs import SOLID
 from app.domain.world_model.layout import layout_of
+from app.missions.dialogues import end_dialogues
 from app.missions.ending import end_mission
 from app.planning.hold_service import end_spans
 from app.planning.proposals import close_plans
@@ -88,6 +89,7 @@ def start_world_run(
     _forget_abandoned(session, world.name)
     reason = "the simulated world was started again" + (f": {new_run_reason}" if new_run_reason else "")
     end_conversations(session, world.name, reason)
+    end_dialogues(session, core.events, world.name, reason)
     _end_missions(session, core.events, world.name, reason)
     _reopen_goals(session, core.events, world.name, reason, runs=True)
     return False
@@ -113,6 +115,7 @@ def end_missions_of_absent_worlds(session: Session, core: Core, running: Collect
         row.run = None
         reason = f"world {row.id} no longer runs"
         end_conversations(session, row.id, reason)
+        end_dialogues(session, core.events, row.id, reason)
         _end_missions(session, core.events, row.id, reason)
         _reopen_goals(session, core.events, row.id, reason, runs=False)
 

@@ -15,6 +15,7 @@ from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import DELIVERABLE, TERMINAL_SCRIPTS
 from app.store.tables import (
     AddedWorldRow,
+    DialogueRow,
     GoalRow,
     LostRobotRow,
     MissionRow,
@@ -26,8 +27,8 @@ from app.store.tables import (
     WorldRow,
 )
 
-Row = TypeVar("Row", GoalRow, PlanRow, MissionRow)
-Shown = TypeVar("Shown", GoalRow, PlanRow, MissionRow, ScriptRow, ResultRow)
+Row = TypeVar("Row", GoalRow, PlanRow, MissionRow, DialogueRow)
+Shown = TypeVar("Shown", GoalRow, PlanRow, MissionRow, ScriptRow, ResultRow, DialogueRow)
 
 UNENDED_SCRIPT = (
     ScriptRow.delivery.in_(DELIVERABLE),

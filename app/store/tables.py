@@ -587,6 +587,34 @@ class ConversationRow(Base):
     )
 
 
+class DialogueRow(Base):
+    """What a person says to one robot: `state` and `reason` see `app.domain.lifecycles.dialogue`.
+
+    `text`: what was said, with what was answered in its place. `asked`: the clarification that is awaited, empty
+    without one. `packets`: the script that is shown or carried out. `lines`: who has said what, oldest first.
+    `conversation`: with the robot, once there is one. `said_by`: the person.
+    """
+
+    __tablename__ = "dialogues"
+    id: Mapped[str] = mapped_column(ID, primary_key=True)
+    world: Mapped[str] = mapped_column(String(64))
+    robot: Mapped[str] = mapped_column(String(64))
+    state: Mapped[str]
+    reason: Mapped[str] = mapped_column(default="")
+    text: Mapped[str]
+    asked: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    packets: Mapped[list[Any]] = mapped_column(default=list)
+    lines: Mapped[list[Any]] = mapped_column(default=list)
+    conversation: Mapped[str] = mapped_column(ID, default="")
+    said_by: Mapped[str]
+    idempotency_key: Mapped[str | None] = mapped_column(String(200), unique=True)
+    created_at: Mapped[str] = mapped_column(default=utc_now)
+    __table_args__ = (
+        Index("ix_dialogues_newest", "robot", "created_at", "id"),
+        Index("ix_dialogues_conversation", "conversation"),
+    )
+
+
 class MessageRow(Base):
     """A recorded message of a robot; its id prevents it from being recorded twice."""
 

@@ -42,6 +42,8 @@ ROBOT_WIDTH_M = 0.44
 
 CLEARANCE = "clearance"
 """What a robot speaks that tells others of the end of its actions, and believes them."""
+PERSONS = "persons"
+"""What a robot speaks that does what persons ask of it through the service, and answers them."""
 BIDS = "bids"
 """What a robot speaks that answers calls for proposals."""
 

@@ -84,6 +84,10 @@ class FakeRobot:
     set_points: list[SetPoint] = field(default_factory=list)
     order: int = 0
     """The number of the newest order followed on the script."""
+    heard: list[tuple[str, str, str]] = field(default_factory=list)
+    """Performative, content and speaker of what was said to it, each once."""
+    says: dict[str, list[tuple[Performative, str]]] = field(default_factory=dict)
+    """What it answers, one after the other, by the name of the content's term; else nothing."""
 
 
 @dataclass
@@ -212,8 +216,8 @@ class FakeTeam:
         if isinstance(message.body, TraceQuery | MindQuery):
             self._far.send(self._told(message, robot.mind))
             return
-        if isinstance(message.body, SetPoint):
-            self._drive(message, message.body, robot)
+        if isinstance(message.body, SetPoint | SpeechAct):
+            self._take_at_once(message, message.body, robot)
             return
         if message.id in robot.answers:
             self._far.send(robot.answers[message.id])
@@ -227,6 +231,22 @@ class FakeTeam:
             answer = self._answer(message, robot)
         robot.answers[message.id] = answer
         self._far.send(robot.answers[message.id])
+
+    def _take_at_once(self, message: Message, body: SetPoint | SpeechAct, robot: FakeRobot) -> None:
+        if isinstance(body, SetPoint):
+            self._drive(message, body, robot)
+        else:
+            self._speak(message, body, robot)
+
+    def _speak(self, message: Message, act: SpeechAct, robot: FakeRobot) -> None:
+        """Answer what is said once, and its repetitions by the last answer."""
+        if message.id not in robot.answers:
+            robot.heard.append((message.performative.value, act.content, act.speaker))
+        for performative, content in robot.says.get(act.content.partition("(")[0], ()):
+            body = act.model_copy(update={"content": content, "speaker": ""})
+            answer = self._message(message.receiver, performative, body, message.id)
+            robot.answers[message.id] = answer
+            self._far.send(answer)
 
     def _take_as_world(self, message: Message) -> None:
         if isinstance(message.body, WorldChange):

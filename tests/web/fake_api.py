@@ -305,6 +305,25 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
     def conversations(name: str) -> Any:
         return items(service.conversations)
 
+    @app.get("/v1/robots/{name}/dialogues", dependencies=v1)
+    def dialogues(name: str) -> Any:
+        return {"items": [one for one in service.dialogues if one["robot"] == name], "next": None}
+
+    @app.post("/v1/robots/{name}/dialogues", dependencies=v1)
+    def say(name: str, body: dict[str, Any]) -> Any:
+        if body["text"].startswith("fase"):
+            problem = {"title": "Words not understood", "status": 422, "detail": "did you mean face?"}
+            return JSONResponse(problem, 422)
+        return service.take_word(name, body)
+
+    @app.post("/v1/robots/{name}/dialogues/{dialogue}:approve", dependencies=v1)
+    def approve_words(name: str, dialogue: str) -> Any:
+        return service.decide(name, dialogue, "agreed")
+
+    @app.post("/v1/robots/{name}/dialogues/{dialogue}:withdraw", dependencies=v1)
+    def withdraw_words(name: str, dialogue: str) -> Any:
+        return service.decide(name, dialogue, "withdrawn")
+
     @app.get("/v1/robots/{name}/mind", dependencies=v1)
     def mind(name: str) -> Any:
         return service.mind

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 from app.api.page_views import PageViews
@@ -440,6 +441,38 @@ class FakeService:
         told = {"role": role, "delivery": "pending", "decided_by": "operator", "version": version}
         self.role = {**self.role, "tags": None, "home": None, "rules": None, **given, **told}
         self.publish("role.set" if role else "role.cleared", "yard_1", version=version)
+
+    @cached_property
+    def dialogues(self) -> list[dict[str, Any]]:
+        """Of all robots, the newest first."""
+        return []
+
+    def take_word(self, robot: str, said: dict[str, Any]) -> dict[str, Any]:
+        """What "face the sample" asks, and what its answer proposes."""
+        known = next((one for one in self.dialogues if one["id"] == said["dialogue"]), None)
+        line = {"by": "administrator", "performative": "request", "content": "", "words": said["text"]}
+        if known is None:
+            known = {"id": f"dialogue-{len(self.dialogues)}", "robot": robot, "reason": "", "lines": []}
+            self.dialogues.insert(0, known)
+            question = {"detail": "which one?", "choices": ["sample_2", "sample_3"]}
+            known |= {"state": "asking", "text": said["text"], "script": [], "question": question}
+        else:
+            packet = {
+                "tag": "FACE_OBJECT",
+                "arguments": {"object": said["text"]},
+                "expected_duration_s": 20.0,
+            }
+            known |= {"state": "proposed", "script": [packet], "question": None}
+        known["lines"] = [*known["lines"], line]
+        self.publish(f"dialogue.{known['state']}", robot)
+        return known
+
+    def decide(self, robot: str, dialogue: str, state: str) -> dict[str, Any]:
+        """A dialogue is approved or withdrawn."""
+        known = next(one for one in self.dialogues if one["id"] == dialogue)
+        known["state"] = state
+        self.publish(f"dialogue.{state}", robot)
+        return known
 
     def navigate(self, robot: str, mission: str) -> None:
         """The robot is at NAVIGATE in the mission, a second long, and half way."""

@@ -382,3 +382,32 @@ def test_rules_are_sent_from_the_newest_version_and_without_faults_or_not_at_all
     send.click()
     expect(panel).to_contain_text("version 3, pending")
     assert service.rules["files"] == {}
+
+
+def test_a_word_is_said_clarified_by_a_button_and_its_script_approved(
+    page: Page, service: FakeService
+) -> None:
+    opened(page, "words")
+    page.get_by_test_id("say-text").fill("fase the sample")
+    page.get_by_test_id("say").click()
+    expect(page.get_by_test_id("say-problem")).to_have_text("did you mean face?")
+    page.get_by_test_id("say-text").fill("face the sample")
+    page.get_by_test_id("say").click()
+    dialogue = page.get_by_test_id("dialogue-dialogue-0")
+    expect(dialogue).to_contain_text("asking face the sample")
+    dialogue.get_by_role("button", name="sample_3").click()
+    expect(dialogue).to_contain_text("FACE_OBJECT object sample_3, about 20 s")
+    page.get_by_test_id("approve-words").click()
+    expect(dialogue).to_contain_text("agreed face the sample")
+    page.get_by_test_id("withdraw-words").click()
+    expect(dialogue).to_contain_text("withdrawn face the sample")
+    expect(page.get_by_test_id("withdraw-words")).to_have_count(0)
+
+
+def test_any_performative_is_said_as_a_line_of_acl(page: Page, service: FakeService) -> None:
+    opened(page, "words")
+    page.get_by_test_id("say-act").select_option("subscribe")
+    page.get_by_test_id("say-text").fill('weather("to day")')
+    page.get_by_test_id("say").click()
+    until(lambda: service.dialogues)
+    assert service.dialogues[0]["text"] == 'SUBSCRIBE content:"weather(\\"to day\\")"'

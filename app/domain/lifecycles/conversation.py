@@ -13,6 +13,7 @@ from robots.social.protocols import (
     PROTOCOLS,
     TIMED_OUT,
     InteractionProtocol,
+    RequestState,
     Side,
 )
 from robots.wire import Performative
@@ -25,6 +26,7 @@ __all__ = [
     "can_say",
     "cancel",
     "hear",
+    "is_to_be_said",
     "open_conversation",
     "say",
     "stop_repeating",
@@ -65,6 +67,13 @@ def open_conversation(talk: Talk, performative: Performative) -> None:
 def can_say(talk: Talk, performative: Performative) -> bool:
     """True if the service may say this now."""
     return not talk.is_over and _protocol(talk).after(talk.state, _service(talk), performative) is not None
+
+
+def is_to_be_said(talk: Talk) -> bool:
+    """True while the service repeats what it said last: until it is answered, and after an agreement until the end, for
+    the robot says that once, and again when it hears a repetition.
+    """
+    return talk.is_due or (talk.is_ours and talk.state == RequestState.AGREED)
 
 
 def say(talk: Talk, performative: Performative) -> None:

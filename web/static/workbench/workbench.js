@@ -1,5 +1,5 @@
 // The workbench (SRA): robots and their properties, driving one by hand, plots of telemetry, the behaviour of one robot
-// and its mind, and the messages of all.
+// and its mind, the words said to it, and the messages of all.
 
 import { el, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
@@ -9,9 +9,10 @@ import { mountMessages } from "./messages.js";
 import { mountMind } from "./mind.js";
 import { mountPlots } from "./plots.js";
 import { mountTable } from "./table.js";
+import { mountWords } from "./words.js";
 
 /** @type {Record<string, (root: Element, store: Store, telemetry: Telemetry) => WorkbenchPart>} */
-const PARTS = { robots: mountTable, drive: mountDrive, plots: mountPlots, behaviour: mountBehaviour, mind: mountMind, messages: mountMessages };
+const PARTS = { robots: mountTable, drive: mountDrive, plots: mountPlots, behaviour: mountBehaviour, mind: mountMind, words: mountWords, messages: mountMessages };
 
 /** @param {Element} root @param {Store} store @param {Telemetry} telemetry @returns {Workbench} */
 export function mountWorkbench(root, store, telemetry) {
