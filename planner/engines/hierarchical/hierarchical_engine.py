@@ -24,7 +24,7 @@ from planner.engines.hierarchical.legs.stops import (
     with_stops,
 )
 from planner.engines.hierarchical.scheduling_problem import Move, Task
-from planner.engines.hierarchical.tasks import TaskFinder, Unmet
+from planner.engines.hierarchical.tasks import Arranged, TaskFinder, Unmet
 from planner.engines.plan_net_completion import Outcome, complete_plan_net, confirm, timed_result
 from planner.explanation.diagnosis import why_unsolvable
 from planner.fact import Fact
@@ -156,7 +156,7 @@ class _Run:
         tasks: Sequence[Task] | Unmet = ()
         if (arranged := finder.rearranged()) is not None:
             self._interacts = True
-            sequence = self._composed(arranged.tasks, arranged.moves)
+            sequence = self._composed(arranged.tasks, arranged.moves) or self._in_order(arranged)
         if sequence is None:
             tasks = finder.tasks()
             self._interacts = finder.interacts
@@ -169,6 +169,15 @@ class _Run:
             whole = find(problem.facts, problem.goals)
             sequence = whole[0].actions if whole else None
         return self._none(tasks) if sequence is None else self.finished(sequence)
+
+    def _in_order(self, arranged: Arranged) -> Sequence[GroundAction] | None:
+        """The moves as they are ordered, without stops and not improved; None if that is no plan."""
+        composition = self.composition(arranged.tasks, arranged.moves)
+        if not composition.begin() or composition.composed is None:
+            return None
+        actions = without_detours(composition.composed.actions, self._problem, self._base)
+        faulty = fault_of(actions, self._problem.facts, self._problem.goals) is not None
+        return None if faulty or self._judged(actions)[1] else actions
 
     def composition(self, tasks: Sequence[Task], moves: Sequence[Move] = ()) -> Composition:
         weights = np.array(WEIGHTS[self._request.objective])
