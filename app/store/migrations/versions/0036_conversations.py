@@ -25,7 +25,7 @@ def upgrade() -> None:
         sa.Column("about", sa.String(length=120), nullable=False),
         sa.Column("speaker", sa.String(), nullable=False),
         sa.Column("said", sa.JSON(), nullable=False),
-        sa.Column("reply_by_s", sa.Float()),
+        sa.Column("reply_by_s", sa.Double(), nullable=True),
         sa.Column("opened_at", sa.String(), nullable=False),
     )
     op.create_index("ix_conversations_open", "conversations", ["world", "is_over"])
