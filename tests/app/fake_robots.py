@@ -190,9 +190,7 @@ class FakeTeam:
                 self.arrived.append(message.id)
                 if self.faults.lost > 0:
                     self.faults.lost -= 1
-                elif message.receiver in self.faults.silent or isinstance(message.body, SpeechAct):
-                    pass  # they have no social level
-                else:
+                elif message.receiver not in self.faults.silent:
                     self._take(message)
             self.clock.advance(TICK_S)
             for name, robot in self.robots.items():
