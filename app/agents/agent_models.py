@@ -261,7 +261,7 @@ class AgentModels:
             case RulesReport() as report:
                 self._rules.record_answer(self._world, message.sender, message.performative, report)
             case SpeechAct() as act:
-                self._say([] if self._speech is None else self._speech.hear(self._world, message, act))
+                self._hear(message, act)
             case UnknownBody():
                 self._answer_unknown(message)
             case NotUnderstood(reason=reason):
@@ -269,6 +269,19 @@ class AgentModels:
             case _:
                 return False
         return True
+
+    def _hear(self, message: Message, act: SpeechAct) -> None:
+        """Take what a robot says; what cannot be taken does not hold up the others' messages."""
+        if self._speech is None:
+            return
+        try:
+            answers = self._speech.hear(self._world, message, act)
+        except Exception as error:
+            if is_unavailable(error):
+                raise
+            logger.exception("what %s says cannot be taken", message.sender)
+            answers = self._speech.not_understood(message, act, "the service cannot take this")
+        self._say(answers)
 
     def _say(self, speech: Sequence[Speech]) -> None:
         """Answer what robots have said; they repeat it if the answer is lost."""

@@ -193,7 +193,7 @@ class SpeechService:
             heard = self._understood(row.world, message, act)
             life.hear(row, message.performative, _reason(heard.content))
         except (ContentError, OutOfProtocol) as error:
-            return self._not_understood(message, act, str(error))
+            return self.not_understood(message, act, str(error))
         self._hear(session, row, message, act)
         if not row.is_ours:
             return self._reply(session, row, heard)
@@ -220,7 +220,7 @@ class SpeechService:
                     f"the service does not take {message.performative} of {heard.content.name!r}"
                 )
         except (ContentError, OutOfProtocol) as error:
-            return self._not_understood(message, act, str(error))
+            return self.not_understood(message, act, str(error))
         self._add(session, row)
         self._hear(session, row, message, act)
         return self._reply(session, row, heard)
@@ -256,7 +256,8 @@ class SpeechService:
             at_s=self._clocks[world].now_s(),
         )
 
-    def _not_understood(self, message: Message, act: SpeechAct, reason: str) -> list[Speech]:
+    def not_understood(self, message: Message, act: SpeechAct, reason: str) -> list[Speech]:
+        """The answer to what cannot be taken; nothing is recorded."""
         if message.performative is Performative.NOT_UNDERSTOOD:
             return []  # or two would not come to an end
         logger.debug("%s is not understood: %s", message.sender, reason)

@@ -20,6 +20,8 @@ _TOKEN = re.compile(
     |(?P<end>$))""",
     re.VERBOSE,
 )
+_UNRECORDED = re.compile("[\0\ud800-\udfff]")
+"""Escaped in JSON they may be said, but databases do not record them."""
 
 
 class ContentError(RobotError):
@@ -113,7 +115,10 @@ def _name(tokens: _Tokens) -> str:
     if tokens.kind != "text":
         return tokens.expect("word", "a name")
     try:
-        return str(json.loads(tokens.text))
+        name = str(json.loads(tokens.text))
+        if _UNRECORDED.search(name):
+            raise ContentError(f"column {tokens.at + 1}: text with a NUL or a lone surrogate")
+        return name
     except json.JSONDecodeError as error:
         raise ContentError(f"column {tokens.at + 1}: {error.msg}") from error
     finally:

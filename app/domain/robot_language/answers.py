@@ -7,7 +7,7 @@ from robots.social import Term
 from robots.wire import Performative
 
 
-def in_words(performative: Performative, content: Term) -> str:
+def in_words(performative: Performative, content: Term) -> str:  # noqa: PLR0911
     """A sentence for an answer; the content itself for what is no answer of persons' requests."""
     words = content.words
     if performative is Performative.NOT_UNDERSTOOD:
@@ -22,7 +22,10 @@ def in_words(performative: Performative, content: Term) -> str:
         )
     if performative is Performative.CONFIRM:
         return f"my rules have heard {content}"
-    return _informed(content) if performative is Performative.INFORM else str(content)
+    try:
+        return _informed(content) if performative is Performative.INFORM else str(content)
+    except IndexError:  # software of a third party leaves an argument out
+        return str(content)
 
 
 def _informed(content: Term) -> str:  # noqa: PLR0911, PLR0912

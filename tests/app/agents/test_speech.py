@@ -236,6 +236,12 @@ def test_conversations_end_with_the_run_of_their_world(desk: Desk) -> None:
 
 def test_agent_models_send_what_is_due_and_pass_answers_on(service: Service) -> None:
     desk = Desk(service.database)
+
+    def fail(session: object, row: ConversationRow, heard: object) -> Reply:
+        raise IndexError("a mistake of the taker")
+
+    desk.speech.on(Performative.INFORM, "odd", fail)
+    desk.robot.social.say(Performative.INFORM, "service", Term("odd"), protocol=INFORM, within_s=60.0)
     near, far = InMemoryLink.pair()
     agents = AgentModels(
         robots=lambda: {"yard_1": LinkSpec()},

@@ -6,7 +6,10 @@ from hypothesis import strategies as st
 
 from robots.social import ContentError, Term, parse_term
 
-NAMES = st.one_of(st.from_regex(r"[A-Za-z_][A-Za-z0-9_.\-]{0,8}", fullmatch=True), st.text(max_size=8))
+CHARACTERS = st.characters(exclude_categories=["Cs"], exclude_characters="\0")
+NAMES = st.one_of(
+    st.from_regex(r"[A-Za-z_][A-Za-z0-9_.\-]{0,8}", fullmatch=True), st.text(CHARACTERS, max_size=8)
+)
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 TERMS = st.recursive(
     st.builds(Term, NAMES),
@@ -32,6 +35,8 @@ def test_a_term_is_read_as_it_was_written(term: Term) -> None:
         ("ended(a5; a6)", "column 9: '; a6)' is no part of a term"),
         ("7", "column 1: expected a name, found 7"),
         ('say("\\q")', "column 5"),
+        ('say("a\\u0000")', "column 5: text with a NUL"),
+        ('say("a\\ud800")', "column 5: text with a NUL or a lone surrogate"),
         ("a(" * 20 + "b" + ")" * 20, "nested deeper than 16"),
     ],
 )
