@@ -204,9 +204,9 @@ class Agent:
         return sorted(began, key=lambda one: one[0])
 
     def _renew_known(self, known: frozenset[Term], now_s: float) -> None:
-        for term in self._known - known:
+        for term in sorted(self._known - known, key=str):
             self._cease(term)
-        for term in known - self._known:
+        for term in sorted(known - self._known, key=str):
             self._believe_if_possible(term, Origin.PERCEPTOR, "", now_s)
         self._known = known
 

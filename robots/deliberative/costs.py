@@ -15,7 +15,7 @@ Measure = Callable[[str, tuple[str, ...]], float | None]
 
 
 def cost_of(cost: Value, bindings: Bindings, measure: Measure) -> float | None:
-    """The value of a cost; None if a part of it is not known."""
+    """The value of a cost; None if a part of it is not known, or is no number."""
     if isinstance(cost, Term) and cost.functor in (SUM, PRODUCT):
         left, right = (cost_of(one, bindings, measure) for one in cost.args)
         if left is None or right is None:
@@ -24,8 +24,9 @@ def cost_of(cost: Value, bindings: Bindings, measure: Measure) -> float | None:
     value = substitute(cost, bindings)
     if isinstance(value, float | int):
         return float(value)
-    if isinstance(value, Term):
+    # NOTE: what a variable is bound to is no measure, even if it is called like one.
+    if isinstance(cost, Term) and isinstance(value, Term) and MEASURES.get(cost.functor) == len(value.args):
         return measure(
             value.functor, tuple(one if isinstance(one, str) else shown(one) for one in value.args)
         )
-    return measure(value, ()) if isinstance(value, str) else None
+    return measure(cost, ()) if isinstance(cost, str) and MEASURES.get(cost) == 0 else None

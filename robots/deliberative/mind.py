@@ -23,6 +23,7 @@ from robots.errors import RuleError
 from robots.executive.executive import Executive
 from robots.executive.leg_cost import way_to_s
 from robots.executive.mind_memory import MindMemory
+from robots.executive.own_packets import why_held
 from robots.perception.percepts import NOTHING, Needs, Percepts
 from robots.physical.profile import RobotProfile
 from robots.repertoire import Repertoire
@@ -211,6 +212,8 @@ def _believed(file: RuleFile) -> Iterator[Term]:
     """The terms of the conditions of its rules and plans."""
     for rule in file.rules:
         yield from (one.term for one in rule.when.positive)
+    for plan in plans_of(file):
+        yield from (one.term for one in plan.when.positive)
     for step in (*(rule.step for rule in file.rules), *(plan.step for plan in plans_of(file))):
         for part in parts_of(step):
             if isinstance(part, Await):
@@ -279,6 +282,10 @@ class _AgentActuators:
         current = executive.current
         if current is not None and (current.grips or executive.state is ScriptState.PAUSED):
             return None
+        if executive.script is None and body.percepts is not None:
+            held = why_held(body.profile, body.percepts, may_carry=True)
+            if held is not None:
+                return Outcome(False, held)
         if running is not None:
             running.cancel(f"{wanted.tag} of {wanted.because} takes its place")
         own = self._script(wanted)

@@ -17,6 +17,7 @@ from robots.executive.executive import Executive
 from robots.executive.leg_cost import offer
 from robots.executive.memory import AgentMind, BodyMemory, RobotMemory
 from robots.executive.offer import Declined, Offer
+from robots.executive.own_packets import why_held
 from robots.executive.society import Clearing, Society
 from robots.executive.telemetry import telemetry
 from robots.executive.teleoperation import Teleoperation
@@ -301,6 +302,9 @@ class BehaviouralAgent:
             return f"{driver} drives {me}"
         if self._fault:
             return f"{me}: {self._fault}"
+        percepts = self._percepts
+        if percepts is not None and (held := why_held(self.profile, percepts, may_carry=True)) is not None:
+            return held
         reason = self._low_battery() or self._executive.why_unable(script)
         return reason or self._executive.accept(script)
 

@@ -22,6 +22,7 @@ from robots.social.protocols import ANY, INFORM, PROTOCOLS, QUERY, InteractionPr
 from robots.social.speech import Ending, Heard, Reply
 from robots.social.terms import ContentError, Term, parse_term
 from robots.wire import (
+    MAX_CONTENT,
     MAX_TOLD_CONVERSATIONS,
     TERMS,
     BehaviourPacket,
@@ -296,13 +297,18 @@ class SocialLevel:
     def _answer(
         self, conversation: Conversation, message: Message, act: SpeechAct, reply: Reply, now_s: float
     ) -> None:
+        content = str(reply.content)
+        performative = reply.performative
+        if len(content) > MAX_CONTENT:
+            content = str(Term("failed", (f"the answer is longer than {MAX_CONTENT} characters",)))
+            performative = Performative.FAILURE
         body = SpeechAct(
-            content=str(reply.content),
+            content=content,
             ontology=act.ontology,
             protocol=act.protocol,
             conversation_id=act.conversation_id,
         )
-        answer = self._message(reply.performative, message.sender, body, now_s, message.id)
+        answer = self._message(performative, message.sender, body, now_s, message.id)
         conversation.say(answer)
         self._outbox.append(answer)
 

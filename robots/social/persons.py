@@ -19,7 +19,15 @@ from robots.perception.percepts import LOCATING, NOTHING, Needs, Percepts
 from robots.social.legs import call_of, leg_of
 from robots.social.speech import Heard, Reply
 from robots.social.terms import Argument, ContentError, Term
-from robots.wire import OWN, BehaviourPacket, BehaviourScript, Performative, ScriptState, SpeechAct
+from robots.wire import (
+    MAX_CONTENT,
+    OWN,
+    BehaviourPacket,
+    BehaviourScript,
+    Performative,
+    ScriptState,
+    SpeechAct,
+)
 
 PERFORM = "perform"
 HALT = "halt"
@@ -135,7 +143,7 @@ class PersonsRequests:
         return _inform(Term("activity", robot.activity or ("nothing",)))
 
     def _beliefs(self, heard: Heard, robot: Situated) -> Reply:
-        return _inform(Term("beliefs", robot.beliefs[-MAX_NAMED:]))
+        return _inform(_newest_beliefs(robot.beliefs[-MAX_NAMED:]))
 
 
 def perform_of(script: str, packets: Sequence[BehaviourPacket]) -> Term:
@@ -169,6 +177,14 @@ def _sighted(asked: Term, percepts: Percepts) -> Term:
             pose = percepts.pose
             point = complex(pose.x_m, pose.y_m) + at * rect(1.0, pose.heading_rad)
             return Term("place", (about, round(point.real, 2), round(point.imag, 2)))
+
+
+def _newest_beliefs(beliefs: Sequence[str]) -> Term:
+    """As many of the last ones as one message holds."""
+    content = Term("beliefs", tuple(beliefs))
+    while len(str(content)) > MAX_CONTENT:
+        content = Term("beliefs", content.args[1:])
+    return content
 
 
 def _in_view(percepts: Percepts) -> Iterator[str]:

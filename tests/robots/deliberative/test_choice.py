@@ -104,3 +104,15 @@ def test_a_bid_of_others_may_still_name_its_cost() -> None:
     agent.cycle(0.0, [Term("message", ("propose", "bob", Term("bid", ("leg", Term("cost", (9.0,))))))])
     agent.cycle(0.1)
     assert Term("when", ("bob", 9.0)) in agent.beliefs
+
+
+@pytest.mark.parametrize("bound", ["north", "foo(bar)", "way"])
+def test_a_variable_that_is_bound_to_no_number_costs_nothing_known(bound: str) -> None:
+    agent, body = choosing(
+        HEAD
+        + f"BELIEF(prefers({bound}));\nBELIEF(message(request, ?_, charge)) => COMMIT(charge());\n"
+        + "PLAN charge() WHEN BELIEF(prefers(?x)) COST ?x { activate(STOP) }\n"
+        + "PLAN charge() COST 5 { activate(SEEK_CHARGER(ref2: south)) }"
+    )
+    agent.cycle(0.0, [ASKED])
+    assert begun(body) == [("SEEK_CHARGER", "south")]

@@ -4,9 +4,9 @@ import pytest
 
 from robots.physical.body import Pose
 from robots.social import SocialLevel, Term, parse_term
-from robots.social.persons import perform_of
+from robots.social.persons import _newest_beliefs, perform_of
 from robots.social.protocols import OPENED_BY
-from robots.wire import BehaviourPacket, Message, Performative, SpeechAct
+from robots.wire import MAX_CONTENT, BehaviourPacket, Message, Performative, SpeechAct
 from tests.robots.fake_world import FakeWorld
 from tests.robots.stories import NORTH, Service, packet, room, run, script
 
@@ -178,3 +178,10 @@ def test_the_robot_looks_before_it_says_what_it_sees_and_says_where_it_is() -> N
     x_m = parse_term(at.removeprefix("inform ")).args[0]
     assert isinstance(x_m, Term)
     assert x_m.args[0] == pytest.approx(1.0, abs=0.1)
+
+
+def test_of_beliefs_that_are_too_long_for_one_message_the_newest_are_told() -> None:
+    beliefs = [f"{number}{'ä' * 190}" for number in range(64)]
+    content = _newest_beliefs(beliefs)
+    assert len(str(content)) <= MAX_CONTENT
+    assert content.args == tuple(beliefs[-len(content.args) :])
