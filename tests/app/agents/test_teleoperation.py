@@ -31,6 +31,7 @@ class InContact:
             out_of_service=None,
             unasked=None,
             impersonation=None,
+            role=None,
         )
 
 
