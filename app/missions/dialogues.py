@@ -319,7 +319,8 @@ class DialogueService:
         """Say another performative in the conversation, such as accept-proposal; `stop` ends it."""
         understood = understand(word.text, around)
         _refuse_unclear(understood)
-        if isinstance(understood, Stopped):
+        gives_up = isinstance(understood, Spoken) and understood.performative is Performative.CANCEL
+        if gives_up or isinstance(understood, Stopped):
             self._withdraw(session, row, actor, word.text)
             return row
         conversation = session.get(ConversationRow, (row.conversation, row.robot), with_for_update=True)
@@ -344,7 +345,8 @@ class DialogueService:
         self._note(row, actor, Performative.CANCEL, "", comment or "withdrawn")
         if conversation is not None and not conversation.is_over:
             self._speech.cancel(conversation, "withdrawn")
-            if row.packets:  # a cancel would be said once, and may be lost; the order to halt is repeated
+            if row.packets and row.robot in self._worlds[row.world].links:
+                # A cancel would be said once, and may be lost; the order to halt is repeated.
                 self._speech.open(
                     session,
                     world=row.world,

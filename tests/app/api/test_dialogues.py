@@ -153,7 +153,8 @@ def test_the_same_key_says_it_once(api: TestClient, team: FakeTeam) -> None:
     assert (reused.status_code, code(reused)) == (409, "idempotency-key-reused")
 
 
-def test_a_withdrawn_request_halts_the_robot(api: TestClient, team: FakeTeam) -> None:
+@pytest.mark.parametrize("words", [None, "CANCEL content:perform"])
+def test_a_withdrawn_request_halts_the_robot(words: str | None, api: TestClient, team: FakeTeam) -> None:
     robot = known(api, team)
     robot.says["perform"] = [AGREED]
     robot.says["halt"] = [(Performative.INFORM, "halted")]
@@ -165,7 +166,11 @@ def test_a_withdrawn_request_halts_the_robot(api: TestClient, team: FakeTeam) ->
         "refused",
         "yard_2 is at 'face sample_1', as administrator has asked; say stop first",
     )
-    assert api.post(f"{path}:withdraw").json()["state"] == "withdrawn"
+    if words is None:
+        withdrawn = api.post(f"{path}:withdraw")
+    else:
+        withdrawn = say(api, words, dialogue=said["id"])
+    assert withdrawn.json()["state"] == "withdrawn"
     read_until(api, path, lambda one: any(heard[1] == "halt" for heard in robot.heard))
 
 
