@@ -172,7 +172,7 @@ class Composition:
         return schedule
 
     def _ordered(self) -> Iterator[Choice]:
-        """The moves one after the other; nothing if one of them is of no fragment."""
+        """The moves one after the other; nothing if one of them is of no fragment, or a leg is in two."""
         model = self._model
         tasks = model.task_deadline_s.shape[0]
         alternative = np.zeros(tasks, np.int32)
@@ -183,6 +183,8 @@ class Composition:
                 return
             alternative[move.task], legs = found
             order += [move.task * model.max_legs + leg for leg in legs]
+        if len(set(order)) < len(order):
+            return
         rest = np.setdiff1d(np.arange(tasks * model.max_legs), order)
         choice = Choice.of(np.concatenate([order, rest]).astype(np.int32), alternative)
         # A later move's leg that goes first may take up the room which an earlier one needs.

@@ -63,7 +63,8 @@ class _State:
         self.holder |= dict.fromkeys(rooms, group)
 
     def in_the_way(self, group: Group, rooms: Iterable[Fact]) -> list[Group]:
-        held = (self.holder[room] for room in rooms if room in self.holder)
+        """Other groups that hold some of the rooms, in an order that does not depend on hashes."""
+        held = (self.holder[room] for room in sorted(rooms) if room in self.holder)
         return [other for other in dict.fromkeys(held) if other != group]
 
 
@@ -151,7 +152,7 @@ class Rearrangement:
 
     def _put_aside(self, state: _State, waiting: Sequence[_Waiting], evicted: list[Group]) -> bool:
         """Put aside what another task waits for: things without a goal, else those of a task in a circle."""
-        for group in self._in_circle(state, waiting):
+        for group in self._in_circle(state, waiting, evicted):
             for fragment, last in self._aside(group, self._free(state, waiting)):
                 actions = fragment.actions
                 taken = self._taken(group, actions[:last])
@@ -170,8 +171,11 @@ class Rearrangement:
                 return True
         return False
 
-    def _in_circle(self, state: _State, waiting: Sequence[_Waiting]) -> list[Group]:
-        """The groups that tasks wait for, from the first one on, each followed to the next; those of a circle first."""
+    def _in_circle(self, state: _State, waiting: Sequence[_Waiting], evicted: Sequence[Group]) -> list[Group]:
+        """The groups that tasks wait for, from the first one on, each followed to the next; those of a circle first.
+
+        A fragment that puts something aside begins where it is at first: only what has not moved yet can be put aside.
+        """
         tasks = {one.group: one for one in waiting}
         found: dict[Group, None] = {}
         for one in waiting:
@@ -189,8 +193,7 @@ class Rearrangement:
                 here = tasks.get(after)
                 if here is None:
                     found = {after: None, **found}
-        movable = [group for group in found if group not in tasks or tasks[group].first == 0]
-        return [group for group in movable if group in self._moving]
+        return [group for group in found if group in evicted or (group in tasks and tasks[group].first == 0)]
 
     def _free(self, state: _State, waiting: Sequence[_Waiting]) -> Set[Fact]:
         """The rooms that are free and that no task needs that has not been carried out."""

@@ -76,6 +76,18 @@ def test_what_lies_in_nobodys_way_is_not_rearranged() -> None:
     assert rearranged(problem) is None
 
 
+def test_what_has_reached_its_goal_is_not_put_aside() -> None:
+    """The only way to the aisle is where sample_1 ends; a second fragment of it would begin at its first place."""
+    goals = [inside("sample_1", "interchange_0_0"), inside("sample_2", "bay_0_0")]
+    problem = Store(aisles=1).problem(goals, {"sample_1": "bay_0_0", "sample_2": "door_0"})
+    found = rearranged(problem)
+    moves = found.moves if found is not None else []
+    ended = dict.fromkeys((move.task for move in moves), 0)
+    for move in moves:
+        assert move.first == ended[move.task], "a task begins again"
+        ended[move.task] = move.last
+
+
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_all_bays_full_are_rearranged(seed: int) -> None:
     planned(BASE, FAMILIES["full"](6, seed).problem(BASE))
