@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.domain.events import SpeechHeard, SpeechSaid
-from app.store import EventRow, MissionRow
+from app.store import EventRow, MissionRow, PlanRow
 
 
 def speech_of(session: Session, mission_id: str) -> Sequence[EventRow]:
@@ -18,9 +18,11 @@ def speech_of(session: Session, mission_id: str) -> Sequence[EventRow]:
 
 
 def conversation_of(session: Session, mission: MissionRow) -> Sequence[Mapping[str, Any]]:
-    """What was said about the mission and its goal, in the order in which it was said."""
+    """What was said about the mission, its goal and the goal's plans, in the order in which it was said."""
     (said,) = SpeechSaid.types()
-    query = select(EventRow).where(EventRow.subject.in_((mission.id, mission.goal_id)), EventRow.type == said)
+    plans = session.scalars(select(PlanRow.id).where(PlanRow.goal_id == mission.goal_id)).all()
+    subjects = (mission.id, mission.goal_id, *plans)
+    query = select(EventRow).where(EventRow.subject.in_(subjects), EventRow.type == said)
     with_service = [
         {**row.data, "robot": row.data["receiver"]} for row in session.scalars(query.order_by(EventRow.seq))
     ]

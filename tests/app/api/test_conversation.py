@@ -3,7 +3,7 @@
 from fastapi.testclient import TestClient
 
 from app.composition import Service
-from app.domain.events import SpeechHeard
+from app.domain.events import SpeechHeard, SpeechSaid
 from robots.wire import Performative
 from tests.app.api.test_main_job import Follow, approved
 
@@ -38,6 +38,31 @@ def test_what_robots_have_said_is_listed_as_it_was_said_however_late_it_was_repo
     assert items[0]["content"] == f"ended({mission_id}-store_2, a5)"
     assert (items[0]["sender"], items[0]["robot"], items[0]["answer"]) == ("yard_1", "store_2", "confirm")
     assert items[0]["attempt"] == 2
+
+
+def test_what_the_service_says_about_the_plan_belongs_to_the_mission(
+    service: Service, api: TestClient, follow: Follow
+) -> None:
+    mission = approved(api, follow)
+    said = SpeechSaid(
+        subject=mission["plan_id"],
+        world="sample_store",
+        sender="macta",
+        receiver="yard_1",
+        performative=Performative.CFP,
+        content="call(a)",
+        protocol="fipa-contract-net",
+        conversation="c2",
+        message="m1",
+        in_reply_to="",
+        speaker="",
+        sent_at_s=1.0,
+        at_s=1.0,
+    )
+    with service.database.write() as session:
+        service.events.append(session, said)
+    (item,) = api.get(f"/v1/missions/{mission['id']}/conversation").json()["items"]
+    assert (item["robot"], item["performative"]) == ("yard_1", "cfp")
 
 
 def test_there_is_no_conversation_of_a_mission_that_is_not_known(api: TestClient) -> None:
