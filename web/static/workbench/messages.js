@@ -19,17 +19,18 @@ export function mountMessages(root, store) {
   /** @type {Saying[]} */
   let live = [];
   let world = store.get().world;
+  /** Counts what is heard and loaded: the number of sayings stays the same once the oldest are dropped. */
+  let revision = 0;
   let isShown = "";
   replace(root, el("section", { "data-testid": "bench-speech" }, conversation.node));
 
   function draw() {
     const { robots } = store.get();
     const names = robots.filter((one) => one.world === world).map((one) => one.name);
-    const sayings = [...recorded.values(), live].flat();
-    const key = JSON.stringify([names, sayings.length, world, [...recorded.keys()]]);
+    const key = JSON.stringify([names, revision, world, [...recorded.keys()]]);
     if (key === isShown) return;
     isShown = key;
-    conversation.show(sayings, names);
+    conversation.show([...recorded.values(), live].flat(), names);
   }
 
   /** Request once. @template T @param {string} path @param {(item: T) => Saying[]} read */
@@ -39,6 +40,7 @@ export function mountMessages(root, store) {
     const said = await list(path).catch(() => null);
     if (said === null) recorded.delete(path); // tried again with the next change
     else if (recorded.has(path)) recorded.set(path, said.flatMap(read));
+    revision += 1;
     draw();
   }
 
@@ -59,7 +61,10 @@ export function mountMessages(root, store) {
       const { worldTimes, robots } = store.get();
       const { robot, world: of } = event.data ?? {};
       if (of !== world && !robots.some((one) => one.name === robot && one.world === world)) return;
-      live = [...live, ...sayingsOfEvent(event, worldTimes[world ?? ""] ?? 0)].slice(-MAX_LIVE);
+      const heard = sayingsOfEvent(event, worldTimes[world ?? ""] ?? 0);
+      if (!heard.length) return;
+      live = [...live, ...heard].slice(-MAX_LIVE);
+      revision += 1;
       draw();
     },
     close() {},
