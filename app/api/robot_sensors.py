@@ -35,7 +35,7 @@ def robot_sensors_router(sources: SensorSources) -> APIRouter:
         """The robot's sensors that have a virtual counterpart, and where their readings come from."""
         return Page(items=[SensorBody.model_validate(one) for one in sources.of_robot(name)])
 
-    @router.put("/robots/{name}/sensors/{sensor}", responses=declared(409))
+    @router.put("/robots/{name}/sensors/{sensor}", responses=declared(409, 412))
     def set_source(name: Id, sensor: Id, body: SetSource) -> SensorBody:
         """Replace a simulated robot's sensor by its virtual counterpart, or back, while it works.
 

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from app.agents.tuning import robot_and_world
 from app.domain.errors import Conflict, NotFound
-from app.domain.world_model.edits import ChangeRobot
+from app.domain.world_model.edits import RINGS, ChangeRobot
 from app.missions.world_changes import WorldChanges
 from robots.physical.body import Sensor
 from robots.world import WorldFile
@@ -45,6 +45,8 @@ class SensorSources:
     def of_robot(self, robot: str) -> Sequence[SourcedSensor]:
         """The robot's sensors that have a virtual counterpart."""
         spec, world = robot_and_world(self._worlds, robot)
+        if RINGS.isdisjoint(spec.sonar):
+            return ()
         source = SensorSource.VIRTUAL if "map" in spec.sonar else SensorSource.REAL
         edition = self._changes.edition(world)
         return [SourcedSensor(robot=robot, sensor=RANGES, source=source, edition=edition)]
@@ -54,10 +56,13 @@ class SensorSources:
     ) -> SourcedSensor:
         """Have the sensor's readings come from this source; its mission goes on.
 
-        :raises NotFound: if the sensor has no virtual counterpart.
+        :raises NotFound: if the sensor has no virtual counterpart, or the robot no such sensor.
         :raises Conflict: if software of its own reads the robot's sensors.
+        :raises Outdated: if the world is changed meanwhile.
         """
-        spec, world = robot_and_world(self._worlds, robot)
+        _, world = robot_and_world(self._worlds, robot)
+        edition = self._changes.edition(world)
+        spec, _ = robot_and_world(self._worlds, robot)
         if sensor != RANGES:
             raise NotFound(
                 f"{sensor} has no virtual counterpart", code="unknown-sensor", choices=(RANGES,), thing=sensor
@@ -66,8 +71,10 @@ class SensorSources:
             raise Conflict(
                 f"software of its own reads the sensors of {robot}", code="robot-is-external", thing=robot
             )
+        if RINGS.isdisjoint(spec.sonar):
+            raise NotFound(f"{robot} has no {sensor} ring", code="unknown-sensor", thing=sensor)
         rings: dict[SensorSource, SonarPart] = {SensorSource.REAL: "real", SensorSource.VIRTUAL: "map"}
-        others: list[SonarPart] = [one for one in spec.sonar if one not in rings.values()]
+        others: list[SonarPart] = [one for one in spec.sonar if one not in RINGS]
         sonar = (rings[source], *others)
         if sonar != spec.sonar:
             self._changes.change(
@@ -76,6 +83,6 @@ class SensorSources:
                 actor=actor,
                 source=f"operator {actor}",
                 reason=comment or f"the {sensor} ring of {robot} is {source.value}",
-                expected=None,
+                expected=edition,
             )
         return next(one for one in self.of_robot(robot) if one.sensor == sensor)

@@ -36,6 +36,8 @@ from app.domain.world_model.zones import restricted_places, zones_against
 from app.missions.world_set import FileChecks
 from app.planning.waiting_goals import WaitingGoals
 from app.store import (
+    ConversationRow,
+    DialogueRow,
     EditionRow,
     FactsheetRow,
     LostRobotRow,
@@ -370,6 +372,10 @@ class WorldChanges:
                     thing=needed[0],
                 )
             for index, edit in enumerate(edited.made):
+                if isinstance(edit, ChangeRobot):
+                    robot = before.robots_by_name.get(edit.name)
+                    if robot is not None and edit.swaps_ring(robot):
+                        continue
                 names = {berth for name in edit.touched for berth in (name, *berths_of(name, before))}
                 if needed := sorted(names & mission.reservation.names):
                     raise Conflict(
@@ -460,7 +466,7 @@ def _forget_gone(session: Session, world: WorldFile) -> None:
     """Drop what is recorded of samples and robots that the world no longer has."""
     here = {one.name for one in world.agents} | {one.name for one in world.samples}
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
-    for table in (LostRobotRow, OutOfServiceRow, TuningRow, RulesRow, RoleRow):
+    for table in (LostRobotRow, OutOfServiceRow, TuningRow, RulesRow, RoleRow, ConversationRow, DialogueRow):
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
     session.execute(
         delete(FactsheetRow).where(

@@ -21,10 +21,13 @@ from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
 from app.domain.world_model.numbers import initial_numbers
+from app.missions.dialogues import end_dialogues
 from app.missions.world_start import UNKNOWN_RUN, start_world_run
 from app.planning.hold_service import end_hold
 from app.store import (
     AddedWorldRow,
+    ConversationRow,
+    DialogueRow,
     EditionRow,
     FactsheetRow,
     GoalRow,
@@ -240,6 +243,7 @@ class WorldSet:
             row.removed_by = actor
             row.removal_reason = reason
             world.run = None
+            end_dialogues(session, self._core.events, name, "the world is removed")
             _forget_robots(session, name)
             self._core.events.append(session, WorldRemoved(subject=name, actor=actor, reason=reason))
             announce(session, WORLDS)
@@ -397,6 +401,8 @@ def _forget_robots(session: Session, world: str) -> None:
         RoleRow,
         FactsheetRow,
         LeaseRow,
+        ConversationRow,
+        DialogueRow,
     ):
         session.execute(delete(table).where(table.world == world))
 

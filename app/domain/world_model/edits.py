@@ -41,7 +41,7 @@ from robots.world import (
     ZoneRule,
 )
 from robots.world.bodies import BodySpec
-from robots.world.parts import Architecture, Name, Sonar, Speed, Start, Tag, Tuning, TurnRate
+from robots.world.parts import Architecture, Name, Sonar, SonarPart, Speed, Start, Tag, Tuning, TurnRate
 from robots.world.sensors import SensorSpec
 
 Part = TypeVar("Part", Sample, RobotSpec, Peripheral, Location, Zone, Delivery)
@@ -176,6 +176,10 @@ class RemoveRobot(EditOfOne):
         return Edited(without, self, AddRobot(robot=robot))
 
 
+RINGS: frozenset[SonarPart] = frozenset(("real", "map"))
+"""The sources of a ring of ranges."""
+
+
 class ChangeRobot(EditOfOne):
     """A robot is otherwise from now on, where it stands; what is left out stays as it is."""
 
@@ -204,10 +208,13 @@ class ChangeRobot(EditOfOne):
         description="true: software of its own speaks for it; false: its twin is simulated instead",
     )
 
-    @property
-    def touched(self) -> frozenset[str]:
-        """Nothing that a mission needs, if only the source of its ranges changes."""
-        return frozenset() if self.values.keys() == {"sonar"} else frozenset({self.name})
+    def swaps_ring(self, robot: RobotSpec) -> bool:
+        """True if only the source of the robot's ring of ranges changes: a mission may need the robot meanwhile."""
+        if self.values.keys() != {"sonar"}:
+            return False
+        before = set(robot.sonar)
+        after = set(self.sonar or ())
+        return len(before & RINGS) == len(after & RINGS) == 1 and before - RINGS == after - RINGS
 
     @property
     def replaces(self) -> bool:

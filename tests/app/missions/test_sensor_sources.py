@@ -31,6 +31,9 @@ def test_a_ring_is_virtual_and_real_again_while_a_mission_needs_the_robot(
     assert put(api, "virtual").json()["edition"] == 1, "nothing is changed twice"
     layout = api.get("/v1/worlds/sample_store").json()["layout"]
     assert next(one["sonar"] for one in layout["robots"] if one["name"] == "yard_1") == ["map", "virtual"]
+    less = {"edit": "change_robot", "name": "yard_1", "sonar": ["virtual"]}
+    refused = api.post(CHANGES, json={"edits": [less], "reason": "no ring"})
+    assert refused.status_code == 409, "the mission needs the ring"
     assert put(api, "real").json()["source"] == "real"
     reasons = [one["reason"] for one in told(service, "world.changed")]
     assert reasons == ["the ultrasonic ring of yard_1 is virtual", "the ultrasonic ring of yard_1 is real"]
@@ -43,3 +46,12 @@ def test_what_has_no_virtual_counterpart_is_refused(api: TestClient) -> None:
     api.post(CHANGES, json={"edits": [edit], "reason": "a trial"}).raise_for_status()
     refused = put(api, "virtual")
     assert (refused.status_code, refused.json()["type"]) == (409, "urn:macta:problem:robot-is-external")
+
+
+def test_a_robot_without_a_ring_lists_none(api: TestClient) -> None:
+    edit = {"edit": "change_robot", "name": "yard_1", "sonar": ["virtual"]}
+    api.post(CHANGES, json={"edits": [edit], "reason": "a trial"}).raise_for_status()
+    assert api.get(SENSORS).json()["items"] == []
+    refused = put(api, "virtual")
+    assert (refused.status_code, refused.json()["type"]) == (404, "urn:macta:problem:unknown-sensor")
+    assert "yard_1 has no ultrasonic ring" in refused.json()["detail"]
