@@ -5,7 +5,7 @@
 
 import pytest
 
-from benchmarks.meetings import meet
+from benchmarks.meetings import IN_AISLE, aisle, meet
 from benchmarks.mishaps.cases import cases
 from benchmarks.mishaps.trial import Outcome, Trial
 from benchmarks.mishaps.undertakings import PACKET_S
@@ -106,12 +106,12 @@ def test_a_sensor_that_comes_back_in_time_is_ridden_out() -> None:
 
 
 def test_robots_that_meet_head_on_in_an_aisle_pass_each_other() -> None:
-    arrived, _, words = meet(1.6, 0, 40.0)
+    arrived, _, words = meet(aisle(1.6), IN_AISLE, 0, 40.0)
     assert arrived, words
 
 
 def test_robots_that_cannot_pass_each_other_say_whom_they_met() -> None:
-    arrived, took_s, words = meet(1.0, 0, 20.0)
+    arrived, took_s, words = meet(aisle(1.0), IN_AISLE, 0, 20.0)
     assert not arrived
     assert took_s <= 20 + 1
     assert any("sees ginger" in said or "sees fred" in said for said in words)
