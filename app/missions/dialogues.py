@@ -15,6 +15,7 @@ from app.agents.robot_board import RobotBoard
 from app.agents.robot_directory import ROBOT, RobotDirectory, RobotReport
 from app.agents.speech import SpeechService, last_heard
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK, iso_utc
 from app.domain.errors import Conflict, Invalid, NotFound
 from app.domain.events import DialogueChanged
 from app.domain.goal_language.clarification import Clarification
@@ -50,6 +51,12 @@ from robots.world import PERSONS, WorldFile
 OPENER = "dialogues"
 ANSWER_S = 30.0
 """How long an answer is awaited beyond the radio's time and that of the packets (world's clock)."""
+DECISION_S = 120.0
+"""How long the bids that a person has called for stay open, for the person to decide on them (world's clock)."""
+AWARD_S = 600.0
+"""How long the end of what a person has awarded is awaited (world's clock)."""
+UNANSWERED_S = 3600.0
+"""After so long a question or a script that nobody has answered gives way to the next word to the robot."""
 KEPT = 500
 """Dialogues of one robot; beyond it the oldest of those that have ended are forgotten."""
 YES = frozenset({"yes", "ok", "do it", "go ahead", "y"})
@@ -121,6 +128,9 @@ class DialogueService:
         with self._database.read() as session:
             around = self._around(session, report)
         with self._database.write() as session:
+            self._lock(session, robot)
+            if word.key is not None:
+                self._database.lock(session, f"words' key {word.key}")
             if (known := self._by_key(session, robot, word)) is not None:
                 return known
             row = None if word.dialogue is None else self._row(session, robot, word.dialogue)
@@ -132,6 +142,7 @@ class DialogueService:
         """Have the robot carry out the script that is shown. :raises Conflict: if none is."""
         report = self._report(robot)
         with self._database.write() as session:
+            self._lock(session, robot)
             row = self._row(session, robot, dialogue)
             if row.state != DialogueState.PROPOSED:
                 raise Conflict(
@@ -144,6 +155,7 @@ class DialogueService:
     def withdraw(self, robot: str, dialogue: str, *, actor: str, comment: str = "") -> DialogueRow:
         """Withdraw what was said; a script under way ends. :raises Conflict: if it has ended."""
         with self._database.write() as session:
+            self._lock(session, robot)
             row = self._row(session, robot, dialogue)
             if not life.is_open(row):
                 raise Conflict(f"dialogue {row.id} is {row.state}: it has ended", code="dialogue-ended")
@@ -181,8 +193,9 @@ class DialogueService:
             said_by=actor,
             idempotency_key=word.key,
         )
+        self._withdraw_unanswered(session, row.robot, actor)
         self._forget_oldest(session, row.robot)
-        self._note(row, actor, _performative(understood), word.text, word.text)
+        self._note(row, actor, _performative(understood), word.text, word.text, key=word.key)
         self._take(session, row, report, understood, word, actor)
         return row
 
@@ -198,15 +211,29 @@ class DialogueService:
         if not life.is_open(row):
             raise Conflict(f"dialogue {row.id} is {row.state}; begin another one", code="dialogue-ended")
         if row.state in life.UNDER_WAY:
-            return self._continue_speech(session, row, around, word, actor)
+            self._continue_speech(session, row, around, word, actor)
+        else:
+            self._answer(session, row, report, around, word, actor)
+        return row
+
+    def _answer(
+        self,
+        session: Session,
+        row: DialogueRow,
+        report: RobotReport,
+        around: Surroundings,
+        word: Word,
+        actor: str,
+    ) -> None:
+        """Take the answer to a question or a shown script, or what is said in its place."""
         said = word.text.strip().lower().rstrip(".!")
         if said in NO:
-            self._withdraw(session, row, actor, word.text)
-            return row
+            self._withdraw(session, row, actor, word.text, key=word.key)
+            return
         if row.state == DialogueState.PROPOSED and said in YES:
-            self._note(row, actor, Performative.ACCEPT_PROPOSAL, "", word.text)
+            self._note(row, actor, Performative.ACCEPT_PROPOSAL, "", word.text, key=word.key)
             self._perform(session, row, report, actor)
-            return row
+            return
         whole: str | None = None
         if row.state == DialogueState.ASKING:
             whole = answered(row.text, word.text, _clarification(row.asked), around)
@@ -216,9 +243,8 @@ class DialogueService:
         row.asked = {}
         row.packets = []
         performative = Performative.INFORM if whole else _performative(understood)
-        self._note(row, actor, performative, word.text, word.text)
+        self._note(row, actor, performative, word.text, word.text, key=word.key)
         self._take(session, row, report, understood, word, actor)
-        return row
 
     def _take(
         self,
@@ -248,7 +274,8 @@ class DialogueService:
             case Stopped():
                 self._stop(session, row, report, actor)
             case Spoken(performative=performative, content=content):
-                self._speak(session, row, performative, content, ANSWER_S, actor)
+                within_s = DECISION_S if performative is Performative.CFP else ANSWER_S
+                self._speak(session, row, performative, content, within_s, actor)
 
     def _perform(self, session: Session, row: DialogueRow, report: RobotReport, actor: str) -> None:
         """Have the robot do what was approved, unless something stands against it now."""
@@ -315,34 +342,38 @@ class DialogueService:
 
     def _continue_speech(
         self, session: Session, row: DialogueRow, around: Surroundings, word: Word, actor: str
-    ) -> DialogueRow:
+    ) -> None:
         """Say another performative in the conversation, such as accept-proposal; `stop` ends it."""
         understood = understand(word.text, around)
         _refuse_unclear(understood)
         gives_up = isinstance(understood, Spoken) and understood.performative is Performative.CANCEL
         if gives_up or isinstance(understood, Stopped):
-            self._withdraw(session, row, actor, word.text)
-            return row
-        conversation = session.get(ConversationRow, (row.conversation, row.robot), with_for_update=True)
+            self._withdraw(session, row, actor, word.text, key=word.key)
+            return
+        conversation = session.get(ConversationRow, (row.conversation, row.robot))
         if not isinstance(understood, Spoken) or conversation is None:
             raise Conflict(
                 f"dialogue {row.id} is {row.state}; say stop, or wait for its end", code="under-way"
             )
+        performative = understood.performative
+        within_s = AWARD_S if performative is Performative.ACCEPT_PROPOSAL else ANSWER_S
+        within_s += self._worlds[row.world].links[row.robot].answer_s
         try:
-            self._speech.say(session, conversation, understood.performative, understood.content)
+            self._speech.say(session, conversation, performative, understood.content, within_s=within_s)
         except OutOfProtocol as error:
             raise Conflict(str(error), code="out-of-protocol") from error
-        self._note(row, actor, understood.performative, word.text, word.text)
+        self._note(row, actor, performative, word.text, word.text, key=word.key)
         self._tell(session, row, actor)
-        return row
 
-    def _withdraw(self, session: Session, row: DialogueRow, actor: str, comment: str) -> None:
+    def _withdraw(
+        self, session: Session, row: DialogueRow, actor: str, comment: str, *, key: str | None = None
+    ) -> None:
         conversation = (
-            session.get(ConversationRow, (row.conversation, row.robot), with_for_update=True)
+            session.get(ConversationRow, (row.conversation, row.robot))
             if row.state in life.UNDER_WAY
             else None
         )
-        self._note(row, actor, Performative.CANCEL, "", comment or "withdrawn")
+        self._note(row, actor, Performative.CANCEL, "", comment or "withdrawn", key=key)
         if conversation is not None and not conversation.is_over:
             self._speech.cancel(conversation, "withdrawn")
             if row.packets and row.robot in self._worlds[row.world].links:
@@ -403,8 +434,16 @@ class DialogueService:
         self._core.events.append(session, _changed(row, actor))
 
     @staticmethod
-    def _note(row: DialogueRow, by: str, performative: Performative, content: str, words: str) -> None:
-        """Add a line to the dialogue."""
+    def _note(
+        row: DialogueRow,
+        by: str,
+        performative: Performative,
+        content: str,
+        words: str,
+        *,
+        key: str | None = None,
+    ) -> None:
+        """Add a line to the dialogue. :param key: the idempotency key of what is said."""
         line: dict[str, Any] = {
             "by": by,
             "performative": performative.value,
@@ -412,7 +451,13 @@ class DialogueService:
             "words": words,
             "at": utc_now(),
         }
+        if key is not None:
+            line["key"] = key
         row.lines = [*(row.lines or []), line]
+
+    def _lock(self, session: Session, robot: str) -> None:
+        """Have persons' words to a robot wait for each other."""
+        self._database.lock(session, f"words to {robot}")
 
     def _report(self, robot: str) -> RobotReport:
         report = self._robots.robot(robot)
@@ -439,17 +484,35 @@ class DialogueService:
         """The dialogue that an idempotency key was used for."""
         if word.key is None:
             return None
-        known = session.scalars(select(DialogueRow).where(DialogueRow.idempotency_key == word.key)).first()
-        if known is not None and (known.robot != robot or known.lines[0]["words"] != word.text):
+        row = session.scalars(select(DialogueRow).where(DialogueRow.idempotency_key == word.key)).first()
+        if row is None and word.dialogue is not None:
+            row = session.get(DialogueRow, word.dialogue)
+        spoken = [] if row is None else [one["words"] for one in row.lines if one.get("key") == word.key]
+        if row is None or not spoken:
+            return None
+        if row.robot != robot or spoken != [word.text] or word.dialogue not in (None, row.id):
             raise Conflict("this idempotency key was used for another word", code="idempotency-key-reused")
-        return known
+        return row
 
     @staticmethod
     def _row(session: Session, robot: str, dialogue: str, *, to_change: bool = True) -> DialogueRow:
-        row = session.get(DialogueRow, dialogue, with_for_update=to_change)
+        """:param to_change: lock its conversation, then itself: in the order in which the robot's answers do."""
+        row = session.get(DialogueRow, dialogue)
         if row is None or row.robot != robot:
             raise NotFound(f"{robot} has no dialogue {dialogue!r}", code="unknown-dialogue")
+        if to_change:
+            if row.conversation:
+                session.get(ConversationRow, (row.conversation, robot), with_for_update=True)
+            session.refresh(row, with_for_update=True)
         return row
+
+    def _withdraw_unanswered(self, session: Session, robot: str, actor: str) -> None:
+        """Withdraw questions and shown scripts that nobody has answered for long."""
+        before = iso_utc(SYSTEM_CLOCK.epoch_s() - UNANSWERED_S)
+        waiting = (DialogueRow.robot == robot, DialogueRow.state.in_(life.AWAITS_PERSON))
+        for row in session.scalars(select(DialogueRow).where(*waiting)):
+            if row.lines[-1]["at"] < before:
+                self._withdraw(session, row, actor, "nobody has answered for an hour")
 
     @staticmethod
     def _forget_oldest(session: Session, robot: str) -> None:

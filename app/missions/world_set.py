@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from app.agents.running_world import RunningWorld, WorldHost, WorldState
 from app.agents.running_worlds import RunningWorlds
+from app.agents.speech import end_conversations
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK
 from app.domain.errors import Busy, Conflict, Invalid, UnknownWorld
@@ -243,6 +244,7 @@ class WorldSet:
             row.removed_by = actor
             row.removal_reason = reason
             world.run = None
+            end_conversations(session, name, "the world is removed")
             end_dialogues(session, self._core.events, name, "the world is removed")
             _forget_robots(session, name)
             self._core.events.append(session, WorldRemoved(subject=name, actor=actor, reason=reason))

@@ -7,15 +7,18 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sqlalchemy import delete, func, or_, select
+from sqlalchemy import delete, func, or_, select, tuple_
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
+from app.domain.lifecycles.dialogue import OPEN as OPEN_DIALOGUES
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.hold import HoldState
 from app.domain.lifecycles.mission import OPEN
 from app.settings import Settings
 from app.store import (
+    ConversationRow,
     Database,
+    DialogueRow,
     EventRow,
     GoalRow,
     HoldRow,
@@ -49,6 +52,8 @@ class Swept:
     workflows: int
     goals: int
     holds: int
+    talks: int
+    """Dialogues of persons with robots, and conversations of the service with robots."""
 
 
 class Retention:
@@ -57,7 +62,8 @@ class Retention:
     Events are deleted oldest first and the newest is kept: the remaining ones have no gaps, and numbers never start
     again. All messages of a running mission are kept: their ids prevent them from being recorded twice. A goal is
     deleted together with its plans, missions, scripts and results, but not while an order to stop is to be delivered to
-    a lost robot. Holds that have ended are kept as long as goals. Learned durations and facts are kept.
+    a lost robot. Holds, dialogues and conversations that have ended are kept as long as goals. Learned durations and
+    facts are kept.
     """
 
     def __init__(
@@ -109,6 +115,7 @@ class Retention:
             workflows=self._in_batches(lambda: self._workflows.delete_finished(reported_before, BATCH // 10)),
             goals=self._in_batches(lambda: self._drop_goals(over_before)),
             holds=self._in_batches(lambda: self._drop_holds(over_before)),
+            talks=self._in_batches(lambda: self._drop_talks(over_before)),
         )
 
     def _days_ago(self, days: float) -> str:
@@ -163,6 +170,19 @@ class Retention:
             old = session.scalars(select(HoldRow.id).where(*ended).limit(BATCH)).all()
             session.execute(delete(HoldRow).where(HoldRow.id.in_(old)))
             return len(old)
+
+    def _drop_talks(self, before: str) -> int:
+        said = (DialogueRow.state.not_in(OPEN_DIALOGUES), DialogueRow.created_at < before)
+        over = (ConversationRow.is_over, ConversationRow.opened_at < before)
+        key = tuple_(ConversationRow.id, ConversationRow.robot)
+        with self._database.write() as session:
+            dialogues = session.scalars(select(DialogueRow.id).where(*said).limit(BATCH)).all()
+            session.execute(delete(DialogueRow).where(DialogueRow.id.in_(dialogues)))
+            talks = session.execute(
+                select(ConversationRow.id, ConversationRow.robot).where(*over).limit(GOALS)
+            ).all()
+            session.execute(delete(ConversationRow).where(key.in_([tuple(one) for one in talks])))
+            return len(dialogues) + len(talks)
 
     def _drop_goals(self, before: str) -> int:
         missions = select(MissionRow.id, MissionRow.goal_id, MissionRow.state).subquery()

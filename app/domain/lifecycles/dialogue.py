@@ -33,7 +33,8 @@ class DialogueState(StrEnum):
 
 
 UNDER_WAY = (DialogueState.SAID, DialogueState.AGREED)
-OPEN = (DialogueState.ASKING, DialogueState.PROPOSED, *UNDER_WAY)
+AWAITS_PERSON = (DialogueState.ASKING, DialogueState.PROPOSED)
+OPEN = (*AWAITS_PERSON, *UNDER_WAY)
 _ANSWERS = (
     DialogueState.DONE,
     DialogueState.REFUSED,

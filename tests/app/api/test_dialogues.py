@@ -1,13 +1,17 @@
 """A person speaks to one robot: clarification, approval, refusal, and what the robot answers."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import Service
+from app.missions.dialogues import ANSWER_S, AWARD_S
+from app.store import DialogueRow
 from robots.wire import Performative
 from tests.app.fake_robots import FakeRobot, FakeTeam
+from tests.databases import ON_POSTGRESQL
 from tests.waiting import in_state, read_until, until
 
 WORDS = "/v1/robots/yard_2/dialogues"
@@ -151,6 +155,55 @@ def test_the_same_key_says_it_once(api: TestClient, team: FakeTeam) -> None:
     assert first["id"] == second["id"]
     reused = api.post(WORDS, json={"text": "turn left"}, headers=headers)
     assert (reused.status_code, code(reused)) == (409, "idempotency-key-reused")
+
+
+def test_the_same_key_answers_a_question_once(api: TestClient, team: FakeTeam) -> None:
+    known(api, team)
+    asked = say(api, "REQUEST target:yard_2 action:face").json()
+    answer = {"text": "sample 1", "dialogue": asked["id"]}
+    headers = {"idempotency-key": "answer"}
+    first, second = (api.post(WORDS, json=answer, headers=headers).json() for _ in range(2))
+    assert (first["state"], first) == ("proposed", second)
+    other = api.post(WORDS, json={**answer, "text": "sample 2"}, headers=headers)
+    assert (other.status_code, code(other)) == (409, "idempotency-key-reused")
+
+
+@ON_POSTGRESQL
+def test_equal_words_at_once_are_one_dialogue(api: TestClient, team: FakeTeam) -> None:
+    known(api, team)
+    headers = {"idempotency-key": "at once"}
+    with ThreadPoolExecutor(4) as clients:
+        said = [clients.submit(api.post, WORDS, json={"text": FACE}, headers=headers) for _ in range(4)]
+    answers = [one.result() for one in said]
+    assert [one.status_code for one in answers] == [202] * 4
+    assert len({one.json()["id"] for one in answers}) == 1
+
+
+def test_a_script_that_nobody_approves_gives_way_to_later_words(
+    api: TestClient, team: FakeTeam, service: Service
+) -> None:
+    known(api, team)
+    shown = [say(api, FACE).json()["id"] for _ in range(2)]
+    with service.database.write() as session:
+        row = session.get_one(DialogueRow, shown[0])
+        row.lines = [{**one, "at": "2020-01-01T00:00:00.000Z"} for one in row.lines]
+    say(api, "turn left")
+    states = [api.get(f"{WORDS}/{one}").json()["state"] for one in shown]
+    assert states == ["withdrawn", "proposed"]
+
+
+def test_bids_wait_for_a_person_to_decide_and_an_award_for_its_end(
+    api: TestClient, team: FakeTeam, service: Service
+) -> None:
+    robot = known(api, team)
+    robot.says["leg"] = [(Performative.PROPOSE, "bid(1)")]
+    called = say(api, "CFP content:leg(1)").json()
+    path = f"{WORDS}/{called['id']}"
+    read_until(api, path, lambda one: one["lines"][-1]["performative"] == "propose")
+    team.clock.advance(ANSWER_S + 30)
+    say(api, "ACCEPT-PROPOSAL content:award(1)", dialogue=called["id"])
+    team.clock.advance(AWARD_S + 30)
+    assert in_state(api, path, "timed_out")["lines"][-1]["performative"] == "accept-proposal"
 
 
 @pytest.mark.parametrize("words", [None, "CANCEL content:perform"])

@@ -10,7 +10,9 @@ from sqlalchemy.orm import Session
 
 from app.domain.clock import SYSTEM_CLOCK, iso_utc
 from app.store import (
+    ConversationRow,
     Database,
+    DialogueRow,
     DurationRow,
     EventRow,
     FactRow,
@@ -69,7 +71,7 @@ def test_old_events_go_and_numbers_go_on(database: Database, workflows: Workflow
     log = EventLog(database)
     write_events(database, LONG_AGO, LONG_AGO, None, None)
     retention = sweeper(database, workflows)
-    assert retention.sweep() == Swept(events=2, messages=0, workflows=0, goals=0, holds=0)
+    assert retention.sweep() == Swept(events=2, messages=0, workflows=0, goals=0, holds=0, talks=0)
     assert kept(database) == [3, 4]
     assert [log.has_forgotten(seen) for seen in (0, 1, 2, 3, 4)] == [True, True, False, False, False]
     write_events(database, None)
@@ -93,6 +95,32 @@ def test_holds_that_ended_long_ago_go_and_those_that_stand_stay(
     assert sweeper(database, workflows).sweep().holds == 1
     with database.read() as session:
         assert set(session.scalars(select(HoldRow.id))) == {"new", "standing"}
+
+
+def test_what_was_said_long_ago_goes_and_what_is_open_stays(database: Database, workflows: Workflows) -> None:
+    dialogue = {"world": "lab", "robot": "yard_2", "text": "halt", "said_by": "me", "created_at": LONG_AGO}
+    talk = {
+        "world": "lab",
+        "protocol": "fipa-request",
+        "is_ours": True,
+        "state": "done",
+        "opened_at": LONG_AGO,
+    }
+    with database.write() as session:
+        for name, state in (("done", "done"), ("shown", "proposed")):
+            session.add(DialogueRow(**dialogue, id=name, state=state))
+        for name, robot, is_over in (
+            ("call", "yard_1", True),
+            ("call", "yard_2", False),
+            ("old", "yard_2", True),
+        ):
+            session.add(ConversationRow(**talk, id=name, robot=robot, is_over=is_over))
+    assert sweeper(database, workflows).sweep().talks == 3
+    with database.read() as session:
+        assert session.scalars(select(DialogueRow.id)).all() == ["shown"]
+        assert session.execute(select(ConversationRow.id, ConversationRow.robot)).all() == [
+            ("call", "yard_2")
+        ]
 
 
 def test_of_too_many_events_the_newest_are_kept(database: Database, workflows: Workflows) -> None:
