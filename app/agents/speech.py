@@ -21,7 +21,7 @@ from app.domain.lifecycles import conversation as life
 from app.domain.lifecycles.conversation import OutOfProtocol
 from app.store import ConversationRow
 from robots.clock import Clock
-from robots.social import ContentError, Heard, Reply, Term, parse_term
+from robots.social import ContentError, Heard, Reply, Term, content_of, parse_term
 from robots.social.protocols import INFORM, InteractionProtocol
 from robots.wire import TERMS, Message, Performative, SpeechAct, new_message_id
 from robots.world import WorldFile
@@ -240,18 +240,10 @@ class SpeechService:
 
     def _understood(self, world: str, message: Message, act: SpeechAct) -> Heard:
         """:raises ContentError: if the language or the content is not known here."""
-        if act.language != TERMS:
-            raise ContentError(f"the language {act.language!r} is not spoken here; it is {TERMS}")
-        try:
-            content = parse_term(act.content)
-        except ContentError:
-            if message.performative is not Performative.NOT_UNDERSTOOD:
-                raise
-            content = Term("reason", (act.content,))
         return Heard(
             performative=message.performative,
             sender=message.sender,
-            content=content,
+            content=content_of(message.performative, act),
             message=message,
             at_s=self._clocks[world].now_s(),
         )

@@ -4,7 +4,7 @@ from robots.social.acquaintances import Acquaintance, Acquaintances
 from robots.social.conversation import Conversation, Conversations, OutOfProtocol
 from robots.social.level import SocialLevel
 from robots.social.rule_speech import RuleSpeech
-from robots.social.speech import Ending, Heard, Reply
+from robots.social.speech import Ending, Heard, Reply, content_of
 from robots.social.terms import ContentError, Term, parse_term
 
 __all__ = [
@@ -20,5 +20,6 @@ __all__ = [
     "RuleSpeech",
     "SocialLevel",
     "Term",
+    "content_of",
     "parse_term",
 ]

@@ -19,12 +19,11 @@ from robots.social.conversation import Conversation, Conversations, OutOfProtoco
 from robots.social.peer_clearance import PeerClearance
 from robots.social.persons import PersonsRequests, of_person
 from robots.social.protocols import ANY, INFORM, PROTOCOLS, QUERY, InteractionProtocol, Side
-from robots.social.speech import Ending, Heard, Reply
-from robots.social.terms import ContentError, Term, parse_term
+from robots.social.speech import Ending, Heard, Reply, content_of
+from robots.social.terms import ContentError, Term
 from robots.wire import (
     MAX_CONTENT,
     MAX_TOLD_CONVERSATIONS,
-    TERMS,
     BehaviourPacket,
     Message,
     Performative,
@@ -232,19 +231,11 @@ class SocialLevel:
 
     def _understood(self, message: Message, act: SpeechAct, now_s: float) -> Heard:
         """:raises ContentError: if the language or the content is not known here."""
-        if act.language != TERMS:
-            raise ContentError(f"the language {act.language!r} is not spoken here; it is {TERMS}")
-        try:
-            content = parse_term(act.content)
-        except ContentError:
-            if message.performative is not Performative.NOT_UNDERSTOOD:
-                raise
-            content = Term("reason", (act.content,))
         return Heard(
             performative=message.performative,
             sender=message.sender,
             person=act.speaker if of_person(act, message.sender, SERVICE) else "",
-            content=content,
+            content=content_of(message.performative, act),
             message=message,
             at_s=now_s,
         )

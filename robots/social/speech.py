@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from robots.social.terms import Term
-from robots.wire import Message, Performative
+from robots.social.terms import ContentError, Term, parse_term
+from robots.wire import TERMS, Message, Performative, SpeechAct
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,3 +46,18 @@ class Ending:
     state: str
     answer: Heard | None
     at_s: float
+
+
+def content_of(performative: Performative, act: SpeechAct) -> Term:
+    """What is said; a not-understood may say it in no language.
+
+    :raises ContentError: if the language or the content is not known here.
+    """
+    if act.language != TERMS:
+        raise ContentError(f"the language {act.language!r} is not spoken here; it is {TERMS}")
+    try:
+        return parse_term(act.content)
+    except ContentError:
+        if performative is not Performative.NOT_UNDERSTOOD:
+            raise
+        return Term("reason", (act.content,))
