@@ -85,6 +85,10 @@ class RoleBody(BaseModel):
     comment: str
     decided_by: str | None
     decided_at: str | None
+    home_kept: str = Field(
+        description="in the answer to a change: why the robot keeps its home though the role that brought it ends; "
+        "empty: it has its former one again, or the role had brought none"
+    )
 
 
 def robot_rules_router(rules: RuleService, roles: RoleService) -> APIRouter:

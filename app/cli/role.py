@@ -47,12 +47,13 @@ def role(
 
 def _words(role: dict[str, Any]) -> str:
     robot = role["robot"]
+    kept = f"; its home stays: {role['home_kept']}" if role["home_kept"] else ""
     if role["role"] is None:
-        return f"{robot} plays no role"
+        return f"{robot} plays no role{kept}"
     parts = [f"{robot} plays {role['role']}"]
     if role["tags"] is not None:
         parts.append(f"recruited for {', '.join(role['tags']) or 'nothing'}")
     if role["home"] is not None:
         parts.append(f"home {role['home']}")
     detail = f": {role['detail']}" if role["detail"] else ""
-    return f"{'; '.join(parts)}; rules {role['delivery']}{detail}"
+    return f"{'; '.join(parts)}; rules {role['delivery']}{detail}{kept}"

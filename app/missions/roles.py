@@ -1,7 +1,7 @@
 """The roles that operators give robots (docs/rules.md): a rule file, what they are recruited for, and a home."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sqlalchemy.orm import Session
 
@@ -28,6 +28,8 @@ class RobotRole:
     :param role: None: it plays none.
     :param tags: the packets that it is recruited for; None: all of its repertoire.
     :param home: that the role brings; None: it brings none.
+    :param home_kept: why the robot did not get back the home that it had before its last role; empty: it did, or the
+        role had brought none.
     :param rules: the text of the role's rule file, if one was stated.
     :param played: the role that the robot said to play; empty: none.
     :param rules_version: of the rules by which it was told; `delivery` and `detail` are theirs.
@@ -47,6 +49,7 @@ class RobotRole:
     comment: str
     decided_by: str | None
     decided_at: str | None
+    home_kept: str = ""
 
 
 class RoleService:
@@ -85,7 +88,8 @@ class RoleService:
     ) -> RobotRole:
         """Give the robot a role, or end the one that it plays; all of it or nothing.
 
-        Its mission goes on. The home that a role has brought is given back with the role.
+        Its mission goes on. The home that a role has brought is given back with the role, unless the robot has another
+        one since, or the former one is gone or another robot's: then its home stays, and the answer says why.
 
         :param role: None: it plays none any longer.
         :param home: where it goes to be charged in this role; None: the role brings no home.
@@ -114,7 +118,7 @@ class RoleService:
                 )
                 raise Outdated(detail, code="role-changed")
             before = row.role
-            self._move_home(session, file, spec, row, home, actor=actor, role=role)
+            kept = self._move_home(session, file, spec, row, home, actor=actor, role=role)
             row.version += 1
             row.role = "" if role is None else role.name
             row.tags = None if role is None or role.tags is None else list(role.tags)
@@ -139,7 +143,7 @@ class RoleService:
             self._core.events.append(session, changed)
             session.flush()
             self._waiting.release(session, world)
-            return self._role(session, world, spec)
+            return replace(self._role(session, world, spec), home_kept=kept)
 
     def _move_home(
         self,
@@ -151,14 +155,25 @@ class RoleService:
         *,
         actor: str,
         role: RoleSpec | None,
-    ) -> None:
-        """Have the robot's home be the role's, or what it was before the last role that brought one."""
-        former = spec.home if row.home is None else row.former_home
+    ) -> str:
+        """Have the robot's home be the role's, or what it was before the last role that brought one.
+
+        Returns why the robot keeps its present home though the role that brought it ends; empty if it does not.
+        """
+        brought = row.home
+        former = row.former_home if brought == spec.home else spec.home
         wanted = former if home is None else home
         row.former_home = None if home is None else former
         row.home = home
+        if home is None and brought not in (None, spec.home):
+            return f"{spec.name} has been given {spec.home or 'no home'} since"
         if wanted == spec.home:
-            return
+            return ""
+        if home is None:
+            try:
+                _refuse_unfit(world, spec, None, wanted)
+            except MactaError as error:
+                return error.detail.removeprefix("home: ")
         reason = f"{spec.name} plays {role.name}" if role is not None else f"{spec.name} plays no role"
         try:
             self._changes.make(
@@ -176,6 +191,7 @@ class RoleService:
                 choices=error.choices,
                 thing=error.thing,
             ) from error
+        return ""
 
     def _role(self, session: Session, world: str, spec: RobotSpec) -> RobotRole:
         row = session.get(RoleRow, (world, spec.name))

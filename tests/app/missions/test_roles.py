@@ -145,6 +145,35 @@ def test_the_home_that_a_role_brings_is_given_back_with_the_role(api: TestClient
     assert home_of(api, "store_1") == "home_store_1"
 
 
+def change(api: TestClient, **edit: Any) -> None:
+    body = {"edits": [edit], "reason": "an operator"}
+    api.post("/v1/worlds/sample_store/changes", json=body).raise_for_status()
+
+
+def test_a_home_that_an_operator_has_given_since_outlasts_the_role(api: TestClient) -> None:
+    give(api, "store_1", home="bay_3").raise_for_status()
+    change(api, edit="change_robot", name="store_1", home="bay_5")
+    ended = api.delete(path("store_1")).raise_for_status().json()
+    assert (home_of(api, "store_1"), ended["home_kept"]) == ("bay_5", "store_1 has been given bay_5 since")
+    give(api, "store_1", home="bay_3").raise_for_status()
+    ended = api.delete(path("store_1")).raise_for_status().json()
+    assert (home_of(api, "store_1"), ended["home_kept"]) == ("bay_5", ""), "what it was before this role"
+
+
+def test_a_role_ends_and_the_home_stays_if_the_former_one_is_gone_or_taken(api: TestClient) -> None:
+    give(api, "store_1", home="bay_3").raise_for_status()
+    change(api, edit="remove_place", name="home_store_1")
+    ended = api.delete(path("store_1")).raise_for_status().json()
+    assert (ended["role"], home_of(api, "store_1")) == (None, "bay_3")
+    assert ended["home_kept"] == "store_1 does not reach home_store_1"
+    give(api, "yard_1", home="door_1").raise_for_status()
+    change(api, edit="change_robot", name="yard_2", home="home_yard_1")
+    assert role(api, "yard_1", None, clear=True) == (
+        "yard_1 plays no role; its home stays: home_yard_1 is the home of yard_2"
+    )
+    assert home_of(api, "yard_1") == "door_1"
+
+
 def test_a_role_that_does_not_fit_is_refused_and_nothing_of_it_is_done(
     api: TestClient, team: FakeTeam, follow: Follow
 ) -> None:
