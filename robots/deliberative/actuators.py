@@ -70,6 +70,11 @@ class Actuators(Protocol):
         """Say something; it is fulfilled once it is on its way."""
         ...
 
+    @property
+    def senses(self) -> bool:
+        """False while the robot senses nothing: then no measure is known."""
+        ...
+
     def measure(self, name: str, arguments: tuple[str, ...]) -> float | None:
         """A measure of the robot for a plan's cost (`costs.py`); None if it is not known."""
         ...

@@ -112,6 +112,9 @@ class Agent:
                 self._matcher.add(("needs", number), self._context(when), ())
         self._needed_rules = {number for number, one in enumerate(self._rules) if one.perceptors}
         self._demanded = frozenset[int]()
+        self._read = frozenset[int]()
+        """Perceptors that were read in this cycle, as far as their sensors run."""
+        self._percepts: Percepts | None = None
         self._renew_demand()
         self._pending = self._matcher.changes()
 
@@ -183,6 +186,8 @@ class Agent:
                 Origin.INITIAL,
             ):
                 self._cease(term)
+        self._read = self._demanded
+        self._percepts = percepts
         if self._demanded or self._sensed:
             self._perceive(percepts, now_s)
         self._events = [*self._outcomes, *events]
@@ -209,6 +214,16 @@ class Agent:
         for term in sorted(known - self._known, key=str):
             self._believe_if_possible(term, Origin.PERCEPTOR, "", now_s)
         self._known = known
+
+    def _has_read(self, conditions: Conditions) -> bool:
+        """Whether the sensors of all perceptors that the conditions may match have read in this cycle."""
+        needed = self._perceptors_of(conditions)
+        percepts = self._percepts
+        if not needed or percepts is None:
+            return not needed
+        return needed <= self._read and all(
+            percepts.data.holds(self._perceptors[number].needs) for number in needed
+        )
 
     def _perceive(self, percepts: Percepts | None, now_s: float) -> None:
         sensed: dict[Term, str] = {}
@@ -313,6 +328,7 @@ class Agent:
             intend=lambda term, is_adopted, source: self._intended.append((term, is_adopted, source)),
             because=commitment.origin,
             note=lambda words: life.note(commitment, words),
+            has_read=self._has_read,
         )
 
     def _believe_if_possible(self, term: Term, origin: Origin, source: str, now_s: float) -> None:

@@ -306,6 +306,10 @@ class _AgentActuators:
         refusal = self._speak(utterance)
         return DONE if refusal is None else Outcome(False, refusal)
 
+    @property
+    def senses(self) -> bool:
+        return self._body.percepts is not None
+
     def measure(self, name: str, arguments: tuple[str, ...]) -> float | None:
         percepts = self._body.percepts
         if percepts is None:

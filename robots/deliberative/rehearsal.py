@@ -112,6 +112,8 @@ def _is_recorded(spec: PerceptorSpec) -> bool:
 class _Pretended:
     """Actuators that do nothing."""
 
+    senses = True
+
     def activate(self, wanted: Activation) -> Outcome:
         return DONE
 

@@ -12,6 +12,7 @@ from robots.deliberative.program import (
     Activate,
     Adopt,
     Await,
+    Conditions,
     Delay,
     Group,
     Joint,
@@ -26,12 +27,14 @@ from robots.deliberative.terms import Bindings, Term, Value, instance, shown, su
 
 TIMEOUT = "timeout_s"
 WAIT_TIMEOUT = "wait_timeout_s"
+FIRST_READING_S = 5.0
+"""How long a choice between plans waits for the readings that their conditions need (our choice)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Means:
     """What steps are carried out by. `intend`: adopts or retracts a belief in the next cycle;
-    `note`: says for people which plan was chosen.
+    `note`: says for people which plan was chosen; `has_read`: whether the sensors of conditions have read.
     """
 
     agent: str
@@ -42,6 +45,7 @@ class Means:
     intend: Callable[[Term, bool, str], None]
     because: str
     note: Callable[[str], None] = lambda words: None
+    has_read: Callable[[Conditions], bool] = lambda conditions: True
 
 
 class StepRun(Protocol):
@@ -203,8 +207,13 @@ class _Chosen:
         self._current: StepRun | None = None
         self._title = ""
         self._rejected: list[str] = []
+        self._begun_s: float | None = None
 
     def advance(self, now_s: float) -> Outcome | None:
+        if self._begun_s is None:
+            self._begun_s = now_s
+        if self._current is None and not self._is_informed() and now_s < self._begun_s + FIRST_READING_S:
+            return None
         while True:
             if self._current is None:
                 self._current = self._choose()
@@ -216,6 +225,11 @@ class _Chosen:
                 return outcome
             self._failed.append(f"{self._title} failed: {outcome.words}")
             self._current = None
+
+    def _is_informed(self) -> bool:
+        """Whether all has been sensed that the choice depends on."""
+        means = self._means
+        return means.actuators.senses and all(means.has_read(plan.when) for plan in self._plans)
 
     def _choose(self) -> StepRun | None:
         means = self._means

@@ -444,7 +444,9 @@ class Executive:
     def _stop_on_low_battery(self, percepts: Percepts) -> None:
         """Fail the script at a critical battery level, but not while the jaws move or hold a long object."""
         run = self.current
-        if run is None or self._active_script.is_own or run.grips or percepts.battery >= self._critical:
+        if run is None or run.grips or percepts.battery >= self._critical:
+            return
+        if self._active_script.is_own and not self._active_script.is_for_person:
             return
         if percepts.data.holds(GRIP) and percepts.holding in self._profile.lengths_m:
             return

@@ -213,20 +213,25 @@ class PacketRun:
             return self.fail(category, reason, percepts)
         unseen = any(one.unseen for one in unmet_now)
         self._memory.unseen_s = self._memory.unseen_s + step_s if unseen else 0.0
-        if self._memory.unseen_s > UNSEEN_S and MISSING not in self._left_to_rules:
+        is_astray = self._is_astray(percepts)
+        is_left_to_rules = is_astray and MISSING in self._left_to_rules
+        if self._memory.unseen_s > UNSEEN_S and not is_left_to_rules:
             reason = f"could not start for {UNSEEN_S:.0f} s for want of sight: the robot {self.waits_for}"
             return self.fail(FailureCategory.WORLD_CHANGED, reason, percepts)
         outcome = self._act(self.content.waiting, percepts)
-        if self._notes_missing(percepts, step_s):
+        if self._notes_missing(step_s, is_astray=is_astray):
             change = Change(state=self.state, detail=f"waits: the robot {self.waits_for}", events=(MISSING,))
             return replace(outcome, change=change)
         return outcome
 
-    def _notes_missing(self, percepts: Percepts, step_s: float) -> bool:
-        """Whether what the packet expects has just been astray for `MISSING_S`; what others bring may take its time."""
-        is_astray = not (self.packet.awaits or self._awaited_clearance()) and any(
+    def _is_astray(self, percepts: Percepts) -> bool:
+        """Whether what the packet expects is not where it is to start; what others bring may take its time."""
+        return not (self.packet.awaits or self._awaited_clearance()) and any(
             isinstance(one, LiesAt | InView) and not one.check(percepts).holds for one in self.content.before
         )
+
+    def _notes_missing(self, step_s: float, *, is_astray: bool) -> bool:
+        """Whether what the packet expects has just been astray for `MISSING_S`."""
         before_s = self._astray_s
         self._astray_s = before_s + step_s if is_astray else 0.0
         return before_s < MISSING_S <= self._astray_s
@@ -307,7 +312,9 @@ class PacketRun:
             events = (STUCK, *self._hindrance(percepts))
             # NOTE: only if the jaws hold nothing may others move a robot that is at gripping.
             freed_by = {MISSED} & set(events) if self._grips else set(events)
-            by_rules = bool(freed_by & self._left_to_rules)
+            acting = freed_by & self._left_to_rules
+            # NOTE: another robot in view need not be what holds it up, so its own manoeuvre is tried once.
+            by_rules = bool(acting) and (MET not in acting or guard.state.retries > 0)
             self._yields = by_rules and self._grips
             guard.retry(manoeuvre=not by_rules)
             how = "its rules free it" if by_rules else "backs off and tries again"

@@ -7,7 +7,6 @@ repetition with what it said last. So whatever is lost on the way is said again,
 from collections import OrderedDict
 from collections.abc import Iterator
 
-from robots.contract.known_scripts import remember
 from robots.errors import RobotError
 from robots.social.protocols import CANCELLED, TIMED_OUT, InteractionProtocol, Side
 from robots.wire import Message, Performative, SpeechAct
@@ -17,7 +16,7 @@ RESEND_S = 2.0
 LONGEST_PAUSE_S = 8.0
 """The longest pause between two repetitions."""
 MAX_CONVERSATIONS = 512
-"""Of one robot; beyond it the oldest is forgotten."""
+"""Of one robot; beyond it the oldest that has ended is forgotten, or the oldest if none has."""
 
 
 class OutOfProtocol(RobotError):
@@ -145,7 +144,10 @@ class Conversations:
 
     def add(self, conversation: Conversation) -> None:
         key = _key(conversation.id, conversation.partner)
-        remember(self._known, key, conversation, MAX_CONVERSATIONS)
+        self._known[key] = conversation
+        if len(self._known) > MAX_CONVERSATIONS:
+            oldest = next(iter(self._known))
+            del self._known[next((old for old, one in self._known.items() if one.has_ended), oldest)]
         if conversation.side is Side.INITIATOR:
             self._open[key] = conversation
 

@@ -22,6 +22,7 @@ from robots.social.terms import Argument, ContentError, Term
 from robots.wire import (
     MAX_CONTENT,
     OWN,
+    SAID,
     BehaviourPacket,
     BehaviourScript,
     Performative,
@@ -31,8 +32,6 @@ from robots.wire import (
 
 PERFORM = "perform"
 HALT = "halt"
-SAID = f"{OWN}:said:"
-"""Begins the ids of scripts that persons have asked for."""
 LOOK_S = 5.0
 """How long the robot waits for the reading that a question needs (our choice)."""
 NEAR_M = 1.5

@@ -68,6 +68,7 @@ from robots.wire.operator import (
 from robots.wire.results import MAX_IMAGE_BYTES, ImageResult, PacketResult, ReadingResult
 from robots.wire.script import (
     OWN,
+    SAID,
     BehaviourPacket,
     BehaviourScript,
     FailureCategory,
@@ -91,6 +92,7 @@ __all__ = [
     "MAX_TOLD_CHARACTERS",
     "MAX_TOLD_CONVERSATIONS",
     "OWN",
+    "SAID",
     "TERMS",
     "TRACED_S",
     "VALID_AT_MOST_S",

@@ -120,6 +120,8 @@ class BehaviourPacket(Wire):
 
 OWN = "own"
 """The mission of a script that a robot made itself."""
+SAID = f"{OWN}:said:"
+"""Begins the ids of scripts of a robot's own that persons have asked for."""
 
 
 class BehaviourScript(Wire):
@@ -135,3 +137,8 @@ class BehaviourScript(Wire):
     def is_own(self) -> bool:
         """True if the robot made it itself."""
         return self.mission_id == OWN
+
+    @property
+    def is_for_person(self) -> bool:
+        """True if it made it itself at a person's word."""
+        return self.is_own and self.id.startswith(SAID)

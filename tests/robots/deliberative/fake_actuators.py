@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from robots.deliberative.actuators import DONE, Activation, Attempt, Outcome, Utterance
 from robots.deliberative.commitments import DropReason
+from robots.deliberative.costs import MEASURES
 from robots.deliberative.program import Verb
 
 
@@ -21,7 +22,10 @@ class FakeAttempt:
 
 @dataclass
 class FakeActuators:
-    """`is_busy`: another agent's packet runs; `refusal`: why packets are refused."""
+    """`is_busy`: another agent's packet runs; `refusal`: why packets are refused.
+
+    `measures`: by name and arguments; what is no measure must not be asked for.
+    """
 
     begun: list[FakeAttempt] = field(default_factory=list)
     said: list[Utterance] = field(default_factory=list)
@@ -29,6 +33,7 @@ class FakeActuators:
     measures: dict[tuple[str, ...], float] = field(default_factory=dict)
     is_busy: bool = False
     refusal: str = ""
+    senses: bool = True
 
     @property
     def tags(self) -> list[str]:
@@ -47,6 +52,7 @@ class FakeActuators:
         return DONE
 
     def measure(self, name: str, arguments: tuple[str, ...]) -> float | None:
+        assert MEASURES.get(name) == len(arguments), f"{name}/{len(arguments)} is no measure"
         return self.measures.get((name, *arguments))
 
     def steer(self, verb: Verb, reason: str) -> Outcome:

@@ -1,16 +1,22 @@
 """Plans of one name compete: the cheapest whose context holds runs, and the next one if it fails (P-SMPA §4)."""
 
+from dataclasses import replace
+
 import pytest
 
 from robots.deliberative.actuators import Outcome
 from robots.deliberative.agent import Agent
 from robots.deliberative.commitments import CommitmentState
+from robots.deliberative.costs import cost_of
 from robots.deliberative.lint import check
 from robots.deliberative.reader import rules_of
+from robots.deliberative.steps import FIRST_READING_S
 from robots.deliberative.terms import Term
 from robots.errors import RuleError
+from robots.perception.sensing import MutualDataStore
 from robots.repertoire import load_repertoire
 from tests.robots.deliberative.fake_actuators import FakeActuators
+from tests.robots.sensed import percepts, sees
 
 HEAD = "AGENT tester;\nACTUATOR activate;\n"
 CHARGE = (
@@ -106,13 +112,64 @@ def test_a_bid_of_others_may_still_name_its_cost() -> None:
     assert Term("when", ("bob", 9.0)) in agent.beliefs
 
 
-@pytest.mark.parametrize("bound", ["north", "foo(bar)", "way"])
+@pytest.mark.parametrize("bound", ["north", "foo(bar)", "way", "battery", "way(south)"])
 def test_a_variable_that_is_bound_to_no_number_costs_nothing_known(bound: str) -> None:
     agent, body = choosing(
-        HEAD
+        south=3.0,
+        text=HEAD
         + f"BELIEF(prefers({bound}));\nBELIEF(message(request, ?_, charge)) => COMMIT(charge());\n"
         + "PLAN charge() WHEN BELIEF(prefers(?x)) COST ?x { activate(STOP) }\n"
-        + "PLAN charge() COST 5 { activate(SEEK_CHARGER(ref2: south)) }"
+        + "PLAN charge() COST 5 { activate(SEEK_CHARGER(ref2: south)) }",
     )
     agent.cycle(0.0, [ASKED])
+    assert begun(body) == [("SEEK_CHARGER", "south")]
+
+
+@pytest.mark.parametrize(
+    ("cost", "value"),
+    [
+        ("10 * battery + way(south)", 8.0),
+        ("2 + 3 * 4", 14.0),
+        ("way(south) * way(south)", 9.0),
+        ("1 + way(nowhere)", None),
+        ("0 * way(nowhere)", None),
+    ],
+)
+def test_a_cost_is_known_if_all_its_parts_are(cost: str, value: float | None) -> None:
+    (plan,) = rules_of(f"{HEAD}PLAN p() COST {cost} {{ activate(STOP) }}", "tester.rules").plans["p"]
+    _, body = choosing(south=3.0)
+    assert cost_of(plan.cost, {}, body.measure) == value
+
+
+BLIND = (
+    HEAD
+    + """
+PERCEPTOR near(?x) IS closer(target: ?x, m: 1.0) FOR ?x IN tracked;
+BELIEF(message(request, ?_, charge)) & BELIEF(on_duty) => COMMIT(charge());
+BELIEF(message(request, ?_, duty)) => COMMIT(SEQ(adoptBelief(on_duty), DELAY(60)));
+PLAN charge() WHEN BELIEF(near(ball)) COST 1 { activate(STOP) }
+PLAN charge() COST 2 { activate(SEEK_CHARGER(ref2: south)) }
+"""
+)
+
+
+@pytest.mark.parametrize("reads_after_s", [0.0, 2.0, 60.0])
+def test_a_choice_waits_for_the_first_reading_but_not_for_ever(reads_after_s: float) -> None:
+    agent, body = choosing(BLIND)
+    near = percepts(sees("ball", 0.8))
+    off = replace(near, data=MutualDataStore({}))
+    agent.cycle(0.0, [Term("message", ("request", "anna", "duty"))], off)
+    agent.cycle(0.1, [ASKED], off)
+    for tick in range(100):
+        agent.cycle(0.2 + tick / 10, percepts=near if tick / 10 >= reads_after_s else off)
+    assert begun(body) == [("SEEK_CHARGER", "south") if reads_after_s > FIRST_READING_S else ("STOP", "")]
+
+
+def test_a_choice_waits_while_the_robot_senses_nothing() -> None:
+    agent, body = choosing(south=3.0)
+    body.senses = False
+    agent.cycle(0.0, [ASKED])
+    assert begun(body) == []
+    body.senses = True
+    agent.cycle(0.1)
     assert begun(body) == [("SEEK_CHARGER", "south")]

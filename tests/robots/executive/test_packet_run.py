@@ -4,13 +4,15 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from robots.conditions.sight import LiesAt
 from robots.conditions.verdict import Verdict
-from robots.executive.packet_run import LOST_S, UNSEEN_S, Outcome, PacketRun
+from robots.executive.packet_run import LOST_S, MISSING, UNSEEN_S, Outcome, PacketRun
 from robots.perception.health import Defect
 from robots.perception.percepts import NOTHING, Needs, Percepts
+from robots.reactive.stall import MET
 from robots.repertoire.schema import BoundPacket
 from robots.wire import FailureCategory, PacketState
-from tests.robots.sensed import PROFILE, percepts
+from tests.robots.sensed import PROFILE, percepts, sees
 from tests.robots.stories import packet
 
 STEP_S = 0.1
@@ -127,3 +129,29 @@ def test_a_defect_of_a_sensor_is_reported_once_whatever_it_reads() -> None:
     (outcome,) = this.step(defects=(Defect("battery", "the battery reads nan"),))
     assert outcome.change is not None
     assert outcome.change.detail == "goes on though the battery reads nan"
+
+
+def test_another_robot_in_view_leaves_a_stall_to_rules_once_its_own_manoeuvre_was_tried() -> None:
+    content = BoundPacket(
+        tag="TEST", before=(), patterns=(), after=(Switch(holds=False),), retries=4, stalled_s=1.0
+    )
+    run = PacketRun(packet("TEST", timeout_s=1000, wait_timeout_s=1000), content, PROFILE)
+    near = percepts(sees("other", 1.0))
+    outcomes = [run.step(near, STEP_S, left_to_rules=frozenset({MET})) for _ in range(300)]
+    stalls = [one.change.detail for one in outcomes if one.change and MET in one.change.events]
+    assert [one.split("(")[0] for one in stalls] == [
+        "no progress, backs off and tries again ",
+        *["no progress, its rules free it "] * 3,
+    ]
+
+
+@pytest.mark.parametrize("brought", [False, True], ids=["astray", "to be brought"])
+def test_want_of_sight_is_left_to_rules_only_where_they_hear_of_it(brought: bool) -> None:
+    expected = LiesAt(object="rock", place="bay")
+    content = BoundPacket(tag="TEST", before=(expected,), patterns=(), after=(), retries=None)
+    awaits = ["in(rock, bay)"] if brought else []
+    order = packet("TEST", awaits=awaits, timeout_s=1000, wait_timeout_s=1000)
+    run = PacketRun(order, content, PROFILE)
+    for _ in range(round(2 * UNSEEN_S / STEP_S)):
+        run.step(INSTANT, STEP_S, left_to_rules=frozenset({MISSING}))
+    assert run.state is (PacketState.FAILED if brought else PacketState.INITIALIZING)

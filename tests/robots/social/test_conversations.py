@@ -2,7 +2,8 @@
 
 import pytest
 
-from robots.social import Ending, Heard, Reply, Term
+from robots.social import Conversation, Conversations, Ending, Heard, Reply, Term
+from robots.social.conversation import MAX_CONVERSATIONS
 from robots.social.protocols import QUERY, REQUEST, TIMED_OUT, InteractionProtocol
 from robots.wire import Message, Performative, SpeechAct
 from tests.robots.social.talkers import Air, Talker
@@ -159,3 +160,25 @@ def test_an_answer_to_a_conversation_before_a_restart_is_dropped() -> None:
     air.run_for(5.0)
     assert len(air.sent) == 1
     assert not list(ginger.social.conversations)
+
+
+def test_conversations_that_have_ended_are_forgotten_before_open_ones() -> None:
+    def opened(number: int) -> Conversation:
+        act = SpeechAct(content="wave", protocol=REQUEST.name, conversation_id=f"c-{number}")
+        message = Message(
+            performative=Performative.REQUEST, sender="fred", receiver="ginger", sent_at_s=0.0, body=act
+        )
+        return Conversation(REQUEST, f"c-{number}", "fred", message, mine=False)
+
+    known = Conversations()
+    for number in range(MAX_CONVERSATIONS):
+        known.add(opened(number))
+    ended = known.of("c-7", "fred")
+    assert ended is not None
+    ended.cancel()
+    known.add(opened(MAX_CONVERSATIONS))
+    assert known.of("c-7", "fred") is None
+    assert known.of("c-0", "fred") is not None
+    known.add(opened(MAX_CONVERSATIONS + 1))
+    assert known.of("c-0", "fred") is None, "all are open"
+    assert len(list(known)) == MAX_CONVERSATIONS

@@ -3,6 +3,7 @@
 import pytest
 
 from robots.physical.body import Pose
+from robots.repertoire import load_self_level
 from robots.social import SocialLevel, Term, parse_term
 from robots.social.persons import _newest_beliefs, perform_of
 from robots.social.protocols import OPENED_BY
@@ -185,3 +186,13 @@ def test_of_beliefs_that_are_too_long_for_one_message_the_newest_are_told() -> N
     content = _newest_beliefs(beliefs)
     assert len(str(content)) <= MAX_CONTENT
     assert content.args == tuple(beliefs[-len(content.args) :])
+
+
+def test_what_a_person_has_asked_for_stops_at_a_critical_battery() -> None:
+    service = fred_of(room())
+    request(service, DRIVE)
+    assert ends(service, 1) == ["agree agreed(d1)"]
+    service.world.bodies["fred"].battery = load_self_level().critical - 0.01
+    _, end = ends(service, 2)
+    assert end.startswith("failure failed(d1")
+    assert "broke off: battery at" in end
