@@ -245,7 +245,7 @@ class Service:
         repertoire = self.packs.repertoire()
         self.tunings = TuningService(self.core, worlds=self._files, repertoire=repertoire)
         self.rules = RuleService(self.core, worlds=self._files, repertoire=repertoire)
-        self.speech = SpeechService(self.core, worlds=self._files, clocks=self.clocks)
+        self.speech = SpeechService(self.core, worlds=self._files, clocks=self.clocks, paces=self._paces)
 
     def _wire_planning(self) -> None:
         """From a goal to an approved plan."""
@@ -306,9 +306,7 @@ class Service:
         )
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
-        self.plan_bids = PlanBids(
-            core, speech=self.speech, worlds=self._files, library=self.packs.library(), paces=self._paces
-        )
+        self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, library=self.packs.library())
         self.goals = GoalService(
             core,
             world=self.worlds.world,

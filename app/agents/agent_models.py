@@ -356,6 +356,8 @@ class AgentModels:
         for said in () if self._speech is None else self._speech.due(self._world):
             if said.robot in self._robots:
                 send(said.robot, said.message_id, said.performative, said.act, in_reply_to=said.in_reply_to)
+                if said.ends and self._speech is not None:
+                    self._speech.was_said(said)
         for script in self._open_scripts():
             if script.delivery == Delivery.PENDING and not script.stopping:
                 body = BehaviourScript.model_validate(script.body)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, or_, select
 from sqlalchemy.orm import Session
 
 from app.agents.communications import SERVICE
@@ -29,6 +29,8 @@ from robots.world import WorldFile
 ONTOLOGY = "macta-mission"
 KEPT = 200
 """Conversations of one robot; beyond it the oldest of those that are over are forgotten."""
+FLAT_OUT = 200.0
+"""Assumed pace of a world that runs as fast as possible."""
 
 Taker = Callable[[Session, ConversationRow, Heard], Reply | None]
 """Takes what a robot opens a conversation with, in the transaction that records it."""
@@ -40,19 +42,32 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Speech:
-    """A message to a robot, to be sent now."""
+    """A message to a robot, to be sent now.
+
+    :param ends: it ends its conversation, so that nothing answers it; report it by `was_said`.
+    """
 
     robot: str
     message_id: str
     performative: Performative
     act: SpeechAct
     in_reply_to: str | None
+    ends: bool = False
 
 
 class SpeechService:
     """Opens conversations with robots, hears what they answer, and answers what they open."""
 
-    def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile], clocks: Mapping[str, Clock]) -> None:
+    def __init__(
+        self,
+        core: Core,
+        *,
+        worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
+        paces: Mapping[str, Callable[[], float | None]] | None = None,
+    ) -> None:
+        """:param paces: by world, its seconds per wall-clock second now, None: as fast as possible; default: 1."""
+        self._paces = paces or {}
         self._database = core.database
         self._events = core.events
         self._worlds = worlds
@@ -70,6 +85,16 @@ class SpeechService:
     def listen(self, opener: str, listener: Listener) -> None:
         """Pass the answers to what `opener` has said, and the ends of its conversations, to a listener."""
         self._listeners[opener] = listener
+
+    def patience_s(self, world: str, robot: str, wall_s: float) -> float:
+        """World's seconds in which a robot can answer: what its radio takes, and `wall_s` by the wall clock.
+
+        A simulated world that runs faster than real time leaves its robots and the service no more time to compute.
+        """
+        pace = self._paces[world]() if world in self._paces else 1.0
+        return self._worlds[world].links[robot].answer_s + wall_s * max(
+            1.0, FLAT_OUT if pace is None else pace
+        )
 
     def unheard_reason(self, world: str, robot: str, what: str) -> str:
         """Why a robot does not take what is said, such as `bids`; empty if it does."""
@@ -154,20 +179,33 @@ class SpeechService:
             return session.scalars(newest).all()
 
     def due(self, world: str) -> list[Speech]:
-        """What is to be said until it is answered; conversations whose time is over end here."""
+        """What is to be said until it is answered, or once if it ends its conversation.
+
+        Conversations whose time is over end here.
+        """
         open_ones = select(ConversationRow).where(
-            ConversationRow.world == world, ConversationRow.is_over.is_(False)
+            ConversationRow.world == world, or_(ConversationRow.is_over.is_(False), ConversationRow.is_due)
         )
         with self._database.read() as session:
             rows = session.scalars(open_ones.order_by(ConversationRow.opened_at, ConversationRow.robot)).all()
         now_s = self._clocks[world].now_s()
-        late = [row for row in rows if row.reply_by_s is not None and now_s >= row.reply_by_s]
+        late = [
+            row for row in rows if not row.is_over and row.reply_by_s is not None and now_s >= row.reply_by_s
+        ]
         if late:
             self._end_late(late, now_s)
         return [_speech(row) for row in rows if life.is_to_be_said(row) and row not in late]
 
+    def was_said(self, one: Speech) -> None:
+        """Record that what ends a conversation was sent."""
+        with self._database.write() as session:
+            key = (one.act.conversation_id, one.robot)
+            row = session.get(ConversationRow, key, with_for_update=True)
+            if row is not None:
+                life.was_said(row)
+
     def hear(self, world: str, message: Message, act: SpeechAct) -> list[Speech]:
-        """Record what a robot says; what is to be sent at once."""
+        """Record what a robot says; what is to be sent at once. In the service's own conversations it is `due`."""
         with self._database.write() as session:
             key = (act.conversation_id, message.sender)
             self._database.lock(session, "/".join(key))
@@ -199,7 +237,7 @@ class SpeechService:
             return self._reply(session, row, heard)
         if (listener := self._listeners.get(row.opener)) is not None:
             listener(session, row)
-        return [_speech(row)] if row.said[-1]["sender"] == SERVICE else []
+        return []
 
     def _opened(self, session: Session, world: str, message: Message, act: SpeechAct) -> list[Speech]:
         if message.in_reply_to is not None:
@@ -349,9 +387,9 @@ class SpeechService:
 
 def end_conversations(session: Session, world: str, reason: str) -> None:
     """Give up all conversations with the robots of a world."""
-    query = select(ConversationRow).where(ConversationRow.world == world, ConversationRow.is_over.is_(False))
-    for row in session.scalars(query):
-        life.cancel(row, reason)
+    unfinished = or_(ConversationRow.is_over.is_(False), ConversationRow.is_due)
+    for row in session.scalars(select(ConversationRow).where(ConversationRow.world == world, unfinished)):
+        life.drop(row, reason)
 
 
 def last_heard(row: ConversationRow) -> tuple[Performative, Term] | None:
@@ -382,6 +420,7 @@ def _speech(row: ConversationRow) -> Speech:
             speaker=row.speaker,
         ),
         in_reply_to=said["in_reply_to"] or None,
+        ends=row.is_over and row.is_ours,
     )
 
 

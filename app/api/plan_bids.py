@@ -4,6 +4,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.bodies import Page
+from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
 from app.planning.bids import PlanBids
@@ -52,9 +53,10 @@ def plan_bids_router(bids: PlanBids) -> APIRouter:
     def call_for_bids(plan_id: Id) -> Page[PartBidsBody]:
         """Ask the robots of the world what each would bid for each robot's part of the proposed plan.
 
-        Answers at once; read the bids with GET. The plan keeps its robots. 409 if it is no longer proposed.
+        Answers at once; read the bids with GET. The plan keeps its robots. 409 if it is no longer proposed, or robots
+        have not answered the last call yet.
         """
-        return Page(items=[PartBidsBody.model_validate(one) for one in bids.call(plan_id)])
+        return Page(items=[PartBidsBody.model_validate(one) for one in bids.call(plan_id, actor=ACTOR)])
 
     @router.get("/plans/{plan_id}/bids")
     def get_bids(plan_id: Id) -> Page[PartBidsBody]:

@@ -189,6 +189,14 @@ class PlanProposed(PlanEvent, type="plan.proposed"):
     state: PlanState = PlanState.PROPOSED
 
 
+class PlanBidsCalled(PlanEvent, type="plan.bids_called"):
+    """An operator has put the plan to these robots, which bid for its parts; the plan keeps its robots."""
+
+    actor: str
+    robots: tuple[str, ...]
+    state: PlanState = PlanState.PROPOSED
+
+
 class PlanDecided(PlanEvent, type="plan.{0.state}", states=(PlanState.APPROVED, PlanState.REJECTED)):
     """The plan was approved or rejected."""
 

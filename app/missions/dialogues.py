@@ -50,9 +50,9 @@ from robots.world import PERSONS, WorldFile
 
 OPENER = "dialogues"
 ANSWER_S = 30.0
-"""How long an answer is awaited beyond the radio's time and that of the packets (world's clock)."""
+"""How long an answer is awaited beyond the radio's time and that of the packets (wall clock)."""
 DECISION_S = 120.0
-"""How long the bids that a person has called for stay open, for the person to decide on them (world's clock)."""
+"""How long the bids that a person has called for stay open, for the person to decide on them (wall clock)."""
 AWARD_S = 600.0
 """How long the end of what a person has awarded is awaited (world's clock)."""
 UNANSWERED_S = 3600.0
@@ -274,8 +274,8 @@ class DialogueService:
             case Stopped():
                 self._stop(session, row, report, actor)
             case Spoken(performative=performative, content=content):
-                within_s = DECISION_S if performative is Performative.CFP else ANSWER_S
-                self._speak(session, row, performative, content, within_s, actor)
+                answer_s = DECISION_S if performative is Performative.CFP else ANSWER_S
+                self._speak(session, row, performative, content, actor, answer_s=answer_s)
 
     def _perform(self, session: Session, row: DialogueRow, report: RobotReport, actor: str) -> None:
         """Have the robot do what was approved, unless something stands against it now."""
@@ -283,8 +283,9 @@ class DialogueService:
         if reason := self._why_not(session, row, report, packets):
             self._refuse(session, row, reason, actor)
             return
-        within_s = ANSWER_S + sum(one.timeout_s + one.wait_timeout_s for one in packets)
-        self._speak(session, row, Performative.REQUEST, perform_of(row.id, packets), within_s, actor)
+        work_s = sum(one.timeout_s + one.wait_timeout_s for one in packets)
+        content = perform_of(row.id, packets)
+        self._speak(session, row, Performative.REQUEST, content, actor, work_s=work_s)
 
     def _why_not(
         self, session: Session, row: DialogueRow, report: RobotReport, packets: Sequence[BehaviourPacket]
@@ -297,7 +298,7 @@ class DialogueService:
     def _stop(self, session: Session, row: DialogueRow, report: RobotReport, actor: str) -> None:
         """Pause the mission of a robot that has one; else have it end its own script."""
         if report.mission_id is None:
-            self._speak(session, row, Performative.REQUEST, Term(HALT), ANSWER_S, actor)
+            self._speak(session, row, Performative.REQUEST, Term(HALT), actor)
             return
         try:
             self._missions.pause_in(session, report.mission_id, actor, f"{row.robot} was told to stop")
@@ -314,11 +315,15 @@ class DialogueService:
         row: DialogueRow,
         performative: Performative,
         content: Term,
-        within_s: float,
         actor: str,
+        *,
+        answer_s: float = ANSWER_S,
+        work_s: float = 0.0,
     ) -> None:
-        """Open the conversation with the robot."""
-        world = self._worlds[row.world]
+        """Open the conversation with the robot.
+
+        :param answer_s: how long its answer is awaited (wall clock), beside `work_s` for its work (world's clock).
+        """
         if reason := self._speech.unheard_reason(row.world, row.robot, PERSONS):
             self._refuse(session, row, reason, actor)
             return
@@ -333,7 +338,7 @@ class DialogueService:
             performative=performative,
             content=content,
             protocol=OPENED_BY[performative],
-            within_s=within_s + world.links[row.robot].answer_s,
+            within_s=work_s + self._speech.patience_s(row.world, row.robot, answer_s),
             opener=OPENER,
             speaker=actor,
         )
@@ -356,8 +361,9 @@ class DialogueService:
                 f"dialogue {row.id} is {row.state}; say stop, or wait for its end", code="under-way"
             )
         performative = understood.performative
-        within_s = AWARD_S if performative is Performative.ACCEPT_PROPOSAL else ANSWER_S
-        within_s += self._worlds[row.world].links[row.robot].answer_s
+        within_s = self._speech.patience_s(row.world, row.robot, ANSWER_S)
+        if performative is Performative.ACCEPT_PROPOSAL:
+            within_s += AWARD_S
         try:
             self._speech.say(session, conversation, performative, understood.content, within_s=within_s)
         except OutOfProtocol as error:
@@ -386,7 +392,7 @@ class DialogueService:
                     performative=Performative.REQUEST,
                     content=Term(HALT),
                     protocol=OPENED_BY[Performative.REQUEST],
-                    within_s=ANSWER_S + self._worlds[row.world].links[row.robot].answer_s,
+                    within_s=self._speech.patience_s(row.world, row.robot, ANSWER_S),
                     opener="",
                     speaker=actor,
                 )

@@ -4,7 +4,7 @@ The robots are asked only: every bid is answered with reject-proposal, and the p
 the plan sees what the robots know of themselves (MACTA §4: planning may communicate with agents).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from sqlalchemy import select
@@ -13,6 +13,8 @@ from sqlalchemy.orm import Session
 from app.agents.speech import SpeechService, last_heard
 from app.core import Core
 from app.domain.errors import Conflict
+from app.domain.events import PlanBidsCalled
+from app.domain.goal_language.words import joined
 from app.domain.ids import new_id
 from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
@@ -28,8 +30,6 @@ from robots.world import BIDS, WorldFile
 OPENER = "bids"
 REPLY_S = 2.0
 """Wall-clock seconds in which a robot is to answer, beside what its radio takes."""
-FLAT_OUT = 200.0
-"""Assumed pace of a world that runs as fast as possible."""
 NO_SPEECH = "no_speech"
 """The state of a robot that does not take calls."""
 
@@ -77,32 +77,37 @@ class PlanBids:
         speech: SpeechService,
         worlds: Mapping[str, WorldFile],
         library: Library,
-        paces: Mapping[str, Callable[[], float | None]],
     ) -> None:
-        """:param paces: by world, its seconds per wall-clock second now; None: as fast as possible."""
         self._core = core
         self._speech = speech
         self._worlds = worlds
         self._library = library
-        self._paces = paces
         speech.listen(OPENER, self._answered)
 
-    def call(self, plan_id: str) -> Sequence[PartBids]:
+    def call(self, plan_id: str, *, actor: str) -> Sequence[PartBids]:
         """Ask all robots of the plan's world for bids for each robot's part; returns at once.
 
-        :raises Conflict: if the plan is no longer proposed, or its actions match no packets.
+        :raises Conflict: if the plan is no longer proposed, its actions match no packets, or robots have not answered
+            the last call yet.
         """
         with self._core.database.write() as session:
+            self._core.database.lock(session, f"bids {plan_id}")
             plan = plan_row(session, plan_id)
             if plan.state != PlanState.PROPOSED:
                 detail = f"plan {plan_id} is {plan.state}: robots bid for proposed plans only"
                 raise Conflict(detail, code="plan-decided")
-            for row in self._rows(session, plan):
-                self._speech.cancel(row, "the robots are asked again")
+            if silent := sorted({row.robot for row in self._rows(session, plan) if not row.is_over}):
+                detail = f"{joined(silent, last='and')} have not answered the last call; read its bids, then call again"
+                raise Conflict(detail, code="bids-called")
+            called: dict[str, None] = {}
             for part in self._parts(session, plan):
                 conversation_id = new_id("call")
                 for robot in self._worlds[plan.world].robots:
-                    self._call(session, plan, part, robot.name, conversation_id)
+                    if self._call(session, plan, part, robot.name, conversation_id):
+                        called[robot.name] = None
+            self._core.events.append(
+                session, PlanBidsCalled(subject=plan.id, goal=plan.goal_id, actor=actor, robots=tuple(called))
+            )
             return self._read(session, plan)
 
     def of(self, plan_id: str) -> Sequence[PartBids]:
@@ -112,15 +117,14 @@ class PlanBids:
 
     def _call(
         self, session: Session, plan: PlanRow, part: BehaviourScript, robot: str, conversation_id: str
-    ) -> None:
+    ) -> bool:
+        """Call one robot; False if it does not take calls."""
         content = call_of(part.robot, [_as_of(packet, part.robot, robot) for packet in part.packets])
         if len(str(content)) > MAX_CONTENT:
             detail = f"the part of {part.robot} is too long for a call: over {MAX_CONTENT} characters"
             raise Conflict(detail, code="part-too-long")
         if self._speech.unheard_reason(plan.world, robot, BIDS):
-            return
-        pace = self._paces[plan.world]()
-        answer_s = self._worlds[plan.world].links[robot].answer_s
+            return False
         self._speech.open(
             session,
             world=plan.world,
@@ -129,11 +133,12 @@ class PlanBids:
             performative=Performative.CFP,
             content=content,
             protocol=CONTRACT_NET,
-            within_s=answer_s + REPLY_S * max(1.0, FLAT_OUT if pace is None else pace),
+            within_s=self._speech.patience_s(plan.world, robot, REPLY_S),
             opener=OPENER,
             about=plan.id,
             conversation_id=conversation_id,
         )
+        return True
 
     def _parts(self, session: Session, plan: PlanRow) -> Sequence[BehaviourScript]:
         world = self._worlds[plan.world]

@@ -25,19 +25,22 @@ __all__ = [
     "OutOfProtocol",
     "can_say",
     "cancel",
+    "drop",
     "hear",
     "is_to_be_said",
     "open_conversation",
     "say",
     "stop_repeating",
     "time_out",
+    "was_said",
 ]
 
 
 class Talk(Protocol):
     """The fields of a conversation that its life cycle assigns.
 
-    `is_ours`: the service has opened it. `is_due`: what the service said last is repeated until it is answered.
+    `is_ours`: the service has opened it. `is_due`: what the service said last is repeated until it is answered; what
+    ends the conversation is due until it was sent once, for nothing answers it.
     """
 
     protocol: str
@@ -79,7 +82,13 @@ def is_to_be_said(talk: Talk) -> bool:
 def say(talk: Talk, performative: Performative) -> None:
     """The service says something. :raises OutOfProtocol: if it may not say it now."""
     _advance(talk, _service(talk), performative)
-    talk.is_due = talk.is_ours and not talk.is_over
+    talk.is_due = talk.is_ours
+
+
+def was_said(talk: Talk) -> None:
+    """What the service said last was sent."""
+    if talk.is_over:
+        talk.is_due = False
 
 
 def hear(talk: Talk, performative: Performative, reason: str = "") -> None:
@@ -90,8 +99,9 @@ def hear(talk: Talk, performative: Performative, reason: str = "") -> None:
 
 
 def stop_repeating(talk: Talk) -> None:
-    """The robot is known to have heard what was said last."""
-    talk.is_due = False
+    """The robot is known to have heard what was said last, unless that ended the conversation."""
+    if not talk.is_over:
+        talk.is_due = False
 
 
 def time_out(talk: Talk, reason: str) -> None:
@@ -102,6 +112,12 @@ def time_out(talk: Talk, reason: str) -> None:
 def cancel(talk: Talk, reason: str) -> None:
     """Give a conversation up without a word."""
     _end(talk, CANCELLED, reason)
+
+
+def drop(talk: Talk, reason: str) -> None:
+    """Give a conversation up whose robot is no longer spoken to; what was not sent yet is not sent."""
+    cancel(talk, reason)
+    talk.is_due = False
 
 
 def _end(talk: Talk, state: str, reason: str) -> None:

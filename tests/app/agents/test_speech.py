@@ -52,7 +52,11 @@ class Desk:
             plan_nets=nets,
             reservations=Reservations(nets),
         )
-        self.speech = SpeechService(core, worlds={LAB: world}, clocks={LAB: self.air.clock})
+        self.pace: float | None = 1.0
+        self.answer_s = world.links["yard_1"].answer_s
+        self.speech = SpeechService(
+            core, worlds={LAB: world}, clocks={LAB: self.air.clock}, paces={LAB: lambda: self.pace}
+        )
         self.told: list[tuple[str, Performative | None]] = []
         self.speech.listen("tests", self._listen)
 
@@ -157,6 +161,53 @@ def test_an_answer_after_the_time_is_over_changes_nothing(desk: Desk) -> None:
     desk.speech.due(LAB)
     desk.hear(answers)
     assert desk.row(opened).state == "timed_out"
+
+
+def test_what_ends_a_conversation_is_due_until_it_was_sent_once(desk: Desk) -> None:
+    with desk.database.write() as session:
+        opened = desk.speech.open(
+            session,
+            world=LAB,
+            robot="yard_1",
+            what="bids",
+            performative=Performative.CFP,
+            content=Term("leg"),
+            protocol=CONTRACT_NET,
+            within_s=20.0,
+            opener="tests",
+        )
+    bid = SpeechAct(content="bid(leg_1)", protocol=CONTRACT_NET.name, conversation_id=opened.id)
+    offered = Message(
+        performative=Performative.PROPOSE,
+        sender="yard_1",
+        receiver="service",
+        sent_at_s=0.0,
+        in_reply_to=opened.said[0]["id"],
+        body=bid,
+    )
+    desk.hear([offered])
+    with desk.database.write() as session:
+        row = session.get_one(ConversationRow, (opened.id, opened.robot))
+        desk.speech.say(session, row, Performative.REJECT_PROPOSAL, Term("reject", ("leg_1",)))
+    assert (desk.row(opened).state, desk.row(opened).is_over) == ("rejected", True)
+    desk.hear([offered.model_copy(update={"id": "said-again"})])
+    desk.air.clock.advance(100.0)
+    (said,) = desk.speech.due(LAB)
+    assert (said.performative, said.act.content, said.ends) == ("reject-proposal", "reject(leg_1)", True)
+    assert [one.message_id for one in desk.speech.due(LAB)] == [said.message_id]
+    desk.speech.was_said(said)
+    assert desk.speech.due(LAB) == []
+    assert desk.row(opened).state == "rejected"
+
+
+def test_a_fast_world_leaves_its_robots_the_same_time_by_the_wall_clock(desk: Desk) -> None:
+    assert desk.speech.patience_s(LAB, "yard_1", 2.0) == desk.answer_s + 2.0
+    desk.pace = 20.0
+    assert desk.speech.patience_s(LAB, "yard_1", 2.0) == desk.answer_s + 40.0
+    desk.pace = 0.5
+    assert desk.speech.patience_s(LAB, "yard_1", 2.0) == desk.answer_s + 2.0
+    desk.pace = None
+    assert desk.speech.patience_s(LAB, "yard_1", 2.0) == desk.answer_s + 400.0
 
 
 def test_the_service_hears_that_it_was_not_understood(desk: Desk) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
+from app.agents.speech import FLAT_OUT
 from app.composition import Service
 from app.missions.dialogues import ANSWER_S, AWARD_S
 from app.store import DialogueRow
@@ -141,6 +142,7 @@ def test_what_the_robot_does_not_do_has_its_reason(
 def test_a_robot_that_does_not_answer_has_timed_out(api: TestClient, team: FakeTeam) -> None:
     known(api, team)
     said = say(api, "where are you?").json()
+    team.clock.advance(FLAT_OUT * ANSWER_S)
     ended = in_state(api, f"{WORDS}/{said['id']}", "timed_out")
     assert "has not answered in time" in ended["reason"]
 
@@ -202,7 +204,7 @@ def test_bids_wait_for_a_person_to_decide_and_an_award_for_its_end(
     read_until(api, path, lambda one: one["lines"][-1]["performative"] == "propose")
     team.clock.advance(ANSWER_S + 30)
     say(api, "ACCEPT-PROPOSAL content:award(1)", dialogue=called["id"])
-    team.clock.advance(AWARD_S + 30)
+    team.clock.advance(AWARD_S + FLAT_OUT * ANSWER_S + 30)
     assert in_state(api, path, "timed_out")["lines"][-1]["performative"] == "accept-proposal"
 
 

@@ -10,6 +10,8 @@ def test_a_plan_is_put_to_the_robots_until_it_is_decided(api: TestClient, follow
     assert api.get(f"{path}/bids").json()["items"] == []
     called = api.post(f"{path}:call_for_bids")
     assert called.status_code == 202, called.text
+    again = api.post(f"{path}:call_for_bids")
+    assert again.status_code in (202, 409), again.text  # 409 until all have answered
     parts = api.get(f"{path}/bids").json()["items"]
     assert {bid["robot"] for bid in parts[0]["bids"]} == {"yard_1", "yard_2", "store_1", "store_2"}
     assert {part["cheapest"] for part in parts} == {None}

@@ -43,7 +43,6 @@ class Auction:
             speech=self.speech,
             worlds={WORLD: world},
             library=load_library(store.base),
-            paces={WORLD: lambda: 1.0},
         )
         self.plan = self.services.plan()
 
@@ -51,6 +50,8 @@ class Auction:
         for _ in range(round(20 * seconds)):
             for one in self.speech.due(WORLD):
                 self._send(one)
+                if one.ends:
+                    self.speech.was_said(one)
             self.simulation.step_control_cycle()
             for message in self.simulation.link.receive():
                 if isinstance(message.body, SpeechAct):
@@ -88,7 +89,7 @@ def auction(database_url: str, world_file: WorldFile) -> Iterator[Auction]:
 
 def test_robots_bid_for_the_parts_that_they_can_do_and_decline_the_others(auction: Auction) -> None:
     auction.run(1.0)
-    called = auction.bids.call(auction.plan)
+    called = auction.bids.call(auction.plan, actor="ada")
     assert [part.robot for part in called] == ["store_2", "yard_1"]
     assert {bid.state for part in called for bid in part.bids} == {"called", NO_SPEECH}
     auction.run(1.0)
@@ -111,7 +112,7 @@ def test_robots_bid_for_the_parts_that_they_can_do_and_decline_the_others(auctio
 
 
 def test_a_call_that_no_robot_hears_times_out(auction: Auction) -> None:
-    auction.bids.call(auction.plan)
+    auction.bids.call(auction.plan, actor="ada")
     for _ in range(20 * 20):
         auction.simulation.step_control_cycle()
     assert auction.speech.due(WORLD) == []
@@ -121,25 +122,40 @@ def test_a_call_that_no_robot_hears_times_out(auction: Auction) -> None:
 
 
 def test_a_second_call_replaces_the_first(auction: Auction) -> None:
-    auction.bids.call(auction.plan)
+    auction.bids.call(auction.plan, actor="ada")
     auction.run(2.0)
-    again = auction.bids.call(auction.plan)
+    again = auction.bids.call(auction.plan, actor="ada")
     assert {bid.state for part in again for bid in part.bids} == {"called", NO_SPEECH}
     auction.run(2.0)
     assert [part.cheapest is not None for part in auction.bids.of(auction.plan)] == [True, True]
+
+
+def test_a_call_is_refused_until_all_have_answered_the_last_one(auction: Auction) -> None:
+    auction.bids.call(auction.plan, actor="ada")
+    with pytest.raises(Conflict, match="store_2, yard_1 and yard_2 have not answered the last call"):
+        auction.bids.call(auction.plan, actor="bob")
+    auction.run(1.0)
+    auction.bids.call(auction.plan, actor="bob")
+    with auction.services.database.read() as session:
+        rows = session.query(EventRow).where(EventRow.type == "plan.bids_called").all()
+    assert [(row.subject, row.data["actor"]) for row in rows] == [
+        (auction.plan, "ada"),
+        (auction.plan, "bob"),
+    ]
+    assert rows[0].data["robots"] == ["yard_1", "yard_2", "store_2"]
 
 
 def test_robots_bid_for_proposed_plans_only(auction: Auction) -> None:
     with auction.services.database.write() as session:
         session.get_one(PlanRow, auction.plan).state = "rejected"
     with pytest.raises(Conflict, match="is rejected: robots bid for proposed plans only"):
-        auction.bids.call(auction.plan)
+        auction.bids.call(auction.plan, actor="ada")
     assert auction.bids.of(auction.plan) == []
 
 
 def test_what_is_said_about_a_plan_is_in_the_event_log(auction: Auction) -> None:
     auction.run(1.0)
-    auction.bids.call(auction.plan)
+    auction.bids.call(auction.plan, actor="ada")
     auction.run(1.0)
     with auction.services.database.read() as session:
         rows = session.query(EventRow).where(EventRow.subject == auction.plan, EventRow.type == "speech.said")
