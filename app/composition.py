@@ -12,6 +12,7 @@ from fastapi import FastAPI
 
 from app.agents import AgentModels, ContactMonitor, Questions, RobotBoard
 from app.agents.battery_record import BatteryRecord
+from app.agents.breakpoints import BreakpointService
 from app.agents.edition_delivery import EditionDelivery
 from app.agents.foreign_states import ForeignStates
 from app.agents.impersonation import Impersonations, KeyFile, RobotWatch
@@ -525,6 +526,9 @@ class Service:
             questions=self.questions,
             tunings=self.tunings,
             rules=self.rules,
+            breakpoints=BreakpointService(
+                self.core, files=self._files, running=self._running, rules=self.rules
+            ),
             speech=self.speech,
             dialogues=self.dialogues,
             lost_robots=self.lost_robots,

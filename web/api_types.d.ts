@@ -467,6 +467,31 @@ interface Mind {
   conversations: ToldConversation[];
 }
 
+interface BreakpointFiring {
+  agent: string;
+  rule: string;
+  does: string;
+  bindings: Record<string, string>;
+}
+
+interface BreakpointHalt {
+  robot: string;
+  at_s: number;
+  firings: BreakpointFiring[];
+  agents: ToldAgent[];
+}
+
+interface Breakpoints {
+  robot: string;
+  world: string;
+  refusal: string;
+  rules: string[];
+  of_others: number;
+  halts: BreakpointHalt[];
+  left_s: number | null;
+  ended: string;
+}
+
 interface DialogueLine {
   by: string;
   performative: string;

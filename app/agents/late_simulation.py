@@ -87,6 +87,11 @@ class LateSimulation:
         self._changed.set()
 
     @property
+    def simulation(self) -> Simulation | None:
+        """None before it is built."""
+        return self._simulation
+
+    @property
     def run(self) -> str | None:
         """The run of the simulation, None before it is built."""
         return self._run

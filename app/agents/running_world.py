@@ -7,6 +7,7 @@ from typing import Protocol, runtime_checkable
 
 from app.agents.late_simulation import LateSimulation
 from robots.clock import Clock
+from robots.executive.breakpoints import Debugging
 from robots.link import Link
 from robots.link.mqtt.inbox import Rejected
 from robots.link.mqtt.service import Guard, LinkFault, Listener
@@ -93,6 +94,23 @@ class RejectsMessages(Protocol):
         ...
 
 
+@runtime_checkable
+class Debuggable(Protocol):
+    """A simulation whose robots' rules may have breakpoints; each raises a RuntimeError if no process runs it."""
+
+    def break_at(self, robot: str, rules: frozenset[str]) -> Debugging:
+        """Set the breakpoints of a robot's rules, "guard:3" and the like; without any in the world, it goes on."""
+        ...
+
+    def go_on(self, *, one_cycle: bool) -> Debugging:
+        """Let a world that stands at a breakpoint go on, or make one control cycle and stand again."""
+        ...
+
+    def debugging(self) -> Debugging:
+        """The breakpoints, and where the world stands."""
+        ...
+
+
 class WorldHost(Protocol):
     """Makes worlds run that are added while the service runs."""
 
@@ -164,6 +182,12 @@ class RunningWorld:
     def driver(self) -> Driver | None:
         """What reports the world's run, if that is not known from the start."""
         return self.fleet or self.late
+
+    @property
+    def debuggable(self) -> Debuggable | None:
+        """Its simulation; None if no simulation of this process drives it, or it is not built yet."""
+        simulation = self.clock if self.late is None else self.late.simulation
+        return simulation if isinstance(simulation, Debuggable) else None
 
     def status(self) -> WorldStatus:
         if self.late is not None:

@@ -12,6 +12,7 @@ from fastapi.staticfiles import StaticFiles
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
 
 from app.agents import Questions, RobotBoard
+from app.agents.breakpoints import BreakpointService
 from app.agents.robot_directory import RobotDirectory
 from app.agents.rules import RuleService
 from app.agents.running_world import WorldState
@@ -22,6 +23,7 @@ from app.agents.world_service import WorldService
 from app.api import problems
 from app.api.auth import TokenCheck, TokenMiddleware
 from app.api.bodies import GoalBody, plan_body
+from app.api.breakpoints import breakpoints_router
 from app.api.conversations import conversations_router
 from app.api.dialogues import dialogues_router
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
@@ -111,6 +113,7 @@ class Services:
     questions: Questions
     tunings: TuningService
     rules: RuleService
+    breakpoints: BreakpointService
     roles: RoleService
     sensor_sources: SensorSources
     speech: SpeechService
@@ -159,6 +162,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
         )
     )
     api.include_router(robot_rules_router(service.rules, service.roles))
+    api.include_router(breakpoints_router(service.breakpoints))
     api.include_router(conversations_router(service.robots, service.speech))
     api.include_router(robot_sensors_router(service.sensor_sources))
     api.include_router(dialogues_router(service.dialogues))

@@ -114,6 +114,54 @@ def try_rules(
     )
 
 
+Service = Annotated[str, typer.Option(help="Address of the service.", metavar="URL")]
+LOCAL = "http://127.0.0.1:8000"
+Robot = Annotated[str, typer.Argument(help="The robot's name.", metavar="NAME")]
+
+
+@commands.command("break")
+def break_at(
+    robot: Robot,
+    rule: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="File and line of each rule (default: say where its world stands).", metavar="FILE:LINE"
+        ),
+    ] = None,
+    clear: Annotated[bool, typer.Option("--clear", help="Remove the robot's breakpoints.")] = False,
+    service: Service = LOCAL,
+) -> None:
+    """Set breakpoints on rules of a simulated robot: its whole world stands where one fires (docs/rules.md).
+
+    Replaces the robot's earlier ones. The service's token is read from MACTA_TOKEN.
+    """
+    from app.cli.breakpoints import set_breakpoints
+    from app.cli.service_calls import connected
+
+    with reported_errors(), connected(service) as client:
+        typer.echo(set_breakpoints(client, robot, rule or [], clear=clear))
+
+
+@commands.command()
+def step(robot: Robot, service: Service = LOCAL) -> None:
+    """Let a world that stands at a breakpoint make one control cycle: each robot deliberates once."""
+    _go_on(robot, service, one_cycle=True)
+
+
+@commands.command("continue")
+def go_on(robot: Robot, service: Service = LOCAL) -> None:
+    """Let a world that stands at a breakpoint go on until the next one is met."""
+    _go_on(robot, service, one_cycle=False)
+
+
+def _go_on(robot: str, service: str, *, one_cycle: bool) -> None:
+    from app.cli.breakpoints import go_on as run
+    from app.cli.service_calls import connected
+
+    with reported_errors(), connected(service) as client:
+        typer.echo(run(client, robot, one_cycle=one_cycle))
+
+
 def _summary(file: "RuleFile") -> str:
     from robots.deliberative.program import plans_of
 

@@ -785,6 +785,14 @@ class RulesSet(Event, type="rules.set"):
     digests: Mapping[str, str]
 
 
+class BreakpointsSet(Event, type="breakpoints.set"):
+    """An operator has set the breakpoints of a simulated robot's rules, by file and line; none: removed them."""
+
+    world: str
+    actor: str
+    rules: tuple[str, ...]
+
+
 class RulesAcknowledged(Event, type="rules.acknowledged"):
     """The robot follows its rules; the digests of the files by name."""
 

@@ -34,12 +34,14 @@ from robots.deliberative.terms import (
     as_value,
     opposite,
     renamed,
+    shown,
     substitute,
     unify,
     variables_in,
 )
 from robots.deliberative.vocabulary import EVENTS, FAILED, FULFILLED, ROLE, STARTUP
 from robots.errors import RuleError
+from robots.executive.breakpoints import HeldFiring
 from robots.perception.percepts import NOTHING, Needs, Percepts
 
 MAX_COMMITMENTS = 256
@@ -91,6 +93,9 @@ class Agent:
         self._live: dict[tuple[int, Key], tuple[Commitment, StepRun | None]] = {}
         self._count = 0
         self.ended: deque[Commitment] = deque(maxlen=KEPT_ENDED)
+        self.breakpoints = frozenset[str]()
+        """Rules, "guard:3" and the like: when one fires, what the cycle commits to is held back until the next one."""
+        self._held: list[tuple[int, Key]] = []
         self._plans: dict[str, tuple[Plan, ...]] = {}
         for file in files:
             for called, plans in file.plans.items():
@@ -144,9 +149,34 @@ class Agent:
 
         :param events: beliefs of this cycle alone. :param known: what the robot knows of itself now.
         """
+        if self._held:
+            held = self._held
+            self._held = []
+            self._go_on(held, now_s)
         if known != self._known:
             self._renew_known(known, now_s)
         began = self._revise(now_s, events, percepts)
+        if self.breakpoints and any(self._breaks_at(*one) for one in began):
+            self._held = began
+            return
+        self._go_on(began, now_s)
+
+    @property
+    def held(self) -> Sequence[HeldFiring]:
+        """The rules that have fired in the last cycle, if it has met a breakpoint."""
+        firings = []
+        for number, key in self._held:
+            loaded = self._rules[number]
+            bound = {name: shown(value) for name, value in zip(loaded.kept, key, strict=True)}
+            does = _name_of(loaded.rule.step)
+            firings.append(HeldFiring(agent=self.name, rule=loaded.origin, does=does, bindings=bound))
+        return firings
+
+    def _breaks_at(self, number: int, key: Key) -> bool:
+        return self._rules[number].origin in self.breakpoints and (number, key) not in self._live
+
+    def _go_on(self, began: Iterable[tuple[int, Key]], now_s: float) -> None:
+        """Adopt the commitments of rules that have fired, and carry all on."""
         for number, key in began:
             self._commit(number, key, now_s)
         if self._live:

@@ -20,6 +20,7 @@ from robots.deliberative.terms import Term, as_value, unify
 from robots.deliberative.told import told_agent
 from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, ROLE, SCRIPT
 from robots.errors import RuleError
+from robots.executive.breakpoints import HeldFiring
 from robots.executive.executive import Executive
 from robots.executive.leg_cost import way_to_s
 from robots.executive.mind_memory import MindMemory
@@ -70,6 +71,7 @@ class Mind:
         """Of the rules that were sent last; 0: those that it was made with."""
         self.role = ""
         self.agents: list[Agent] = []
+        self._breakpoints = frozenset[str]()
         self.load(files, now_s, role)
 
     @property
@@ -100,10 +102,22 @@ class Mind:
             if agent.name in before:
                 agent.adopt(before[agent.name].lasting(), now_s)
         self.agents = agents
+        self.break_at(self._breakpoints)
         self._takes_over = taken_over([agent.name for agent in agents])
         self.role = role
         self._files = tuple(files)
         self._listens_to = [one for file in files for one in _believed(file) if one.functor == MESSAGE]
+
+    def break_at(self, rules: frozenset[str]) -> None:
+        """Hold back what these rules, "guard:3" and the like, commit to until the next cycle."""
+        self._breakpoints = rules
+        for agent in self.agents:
+            agent.breakpoints = rules
+
+    @property
+    def held(self) -> Sequence[HeldFiring]:
+        """What is held back until the next cycle, by rank of the agents."""
+        return [one for agent in self.agents for one in agent.held]
 
     @property
     def charges(self) -> bool:

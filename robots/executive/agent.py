@@ -10,6 +10,7 @@ from robots.contract.mailbox import Mailbox
 from robots.contract.memory import SocialMemory
 from robots.contract.telemetry_rate import TELEMETRY_S, is_due
 from robots.errors import RepertoireError, SensorFault
+from robots.executive.breakpoints import Halt
 from robots.executive.control_loop import LOOPS, ControlLoop
 from robots.executive.deliberation import Deliberation
 from robots.executive.discoveries import Discoveries
@@ -125,6 +126,26 @@ class BehaviouralAgent:
         said = self._announced
         is_said = factsheet is not None and said is not None and said.content == factsheet.content
         self._unannounced = None if is_said else factsheet
+
+    def break_at(self, rules: frozenset[str]) -> None:
+        """Hold back what these rules, "guard:3" and the like, commit to until the next tick; for simulations."""
+        if self._deliberation is not None:
+            self._deliberation.break_at(rules)
+
+    @property
+    def is_held(self) -> bool:
+        """True if a breakpoint was met in the last tick."""
+        return self._deliberation is not None and bool(self._deliberation.held)
+
+    def halt_report(self) -> Halt:
+        """Where its mind stands after the last tick."""
+        mind = self._deliberation
+        return Halt(
+            robot=self.profile.name,
+            at_s=self._clock.now_s(),
+            firings=() if mind is None else mind.held,
+            agents=() if mind is None else mind.told(),
+        )
 
     def memory(self) -> RobotMemory:
         """The state to restore after a power failure; to be called between two ticks."""

@@ -1,8 +1,9 @@
 """The interface to the deliberative level above: it may act on the executive in each tick, and asks for sensors."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
+from robots.executive.breakpoints import HeldFiring
 from robots.executive.executive import Executive
 from robots.executive.mind_memory import MindMemory
 from robots.perception.percepts import Needs, Percepts
@@ -48,6 +49,15 @@ class Deliberation(Protocol):
 
     def told(self) -> tuple[ToldAgent, ...]:
         """What its agents believe and are committed to, in order of rank."""
+        ...
+
+    def break_at(self, rules: frozenset[str]) -> None:
+        """Hold back what these rules, "guard:3" and the like, commit to until the next tick."""
+        ...
+
+    @property
+    def held(self) -> Sequence[HeldFiring]:
+        """What is held back until the next tick."""
         ...
 
     def follow(self, files: Mapping[str, str], version: int, now_s: float, role: str = "") -> str | None:

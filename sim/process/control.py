@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Protocol
 
+from robots.executive.breakpoints import Debugging
 from sim.truth import Truth
 
 
@@ -16,6 +17,26 @@ class Pause:
     """Pause the world, or let it continue. Answered with `Done`."""
 
     paused: bool
+
+
+@dataclass(frozen=True, slots=True)
+class BreakAt:
+    """Set the breakpoints of a robot's rules, "guard:3" and the like. Answered with `Debugging`."""
+
+    robot: str
+    rules: frozenset[str]
+
+
+@dataclass(frozen=True, slots=True)
+class GoOn:
+    """Let a world that stands at a breakpoint go on, or make one control cycle and stand again. Answered likewise."""
+
+    one_cycle: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AskDebugging:
+    """Answered with `Debugging`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +72,8 @@ class Failed:
     reason: str
 
 
-Command = AskTruth | Pause | Stop
-Answer = Done | Starting | Ready | Failed | Truth
+Command = AskTruth | Pause | BreakAt | GoOn | AskDebugging | Stop
+Answer = Done | Starting | Ready | Failed | Truth | Debugging
 
 
 class SharedNumber(Protocol):

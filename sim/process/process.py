@@ -11,15 +11,19 @@ from threading import Lock
 from typing import Any, Self
 
 from robots.background_compilation import start_with_interrupts_blocked
+from robots.executive.breakpoints import Debugging
 from robots.link import PipeLink
 from robots.world import Edition, WorldFile
 from sim.error import SimulationError
 from sim.process.control import (
     Answer,
+    AskDebugging,
     AskTruth,
+    BreakAt,
     Command,
     Done,
     Failed,
+    GoOn,
     Pause,
     Ready,
     SharedNumber,
@@ -145,6 +149,24 @@ class SimulationProcess:
         answer = self._ask(Pause(paused))
         if not isinstance(answer, Done):
             raise SimulationError(f"the world answered {answer} to a command")
+
+    def break_at(self, robot: str, rules: frozenset[str]) -> Debugging:
+        """Set the breakpoints of a robot's rules, "guard:3" and the like."""
+        return self._debug(BreakAt(robot, rules))
+
+    def go_on(self, *, one_cycle: bool) -> Debugging:
+        """Let a world that stands at a breakpoint go on, or make one control cycle and stand again."""
+        return self._debug(GoOn(one_cycle))
+
+    def debugging(self) -> Debugging:
+        """The breakpoints, and where the world stands."""
+        return self._debug(AskDebugging())
+
+    def _debug(self, command: Command) -> Debugging:
+        answer = self._ask(command)
+        if not isinstance(answer, Debugging):
+            raise SimulationError(f"the world answered {answer} to a command")
+        return answer
 
     def stop(self) -> None:
         """End the process and wait for its end; safe to call again."""

@@ -10,6 +10,7 @@ from threading import Lock
 from typing import Self
 
 from robots.clock import Clock
+from robots.executive.breakpoints import Debugging
 from robots.link import LinkClosed
 from robots.wire import Message
 from robots.world import Edition, WorldFile
@@ -105,6 +106,21 @@ class SupervisedWorld:
         with self._lock, suppress(SimulationError):
             self._paused = paused
             self._process.pause(paused)
+
+    def break_at(self, robot: str, rules: frozenset[str]) -> Debugging:
+        """Set the breakpoints of a robot's rules; they end with the present process.
+
+        :raises SimulationError: if no process is running, as for the next ones.
+        """
+        return self._process.break_at(robot, rules)
+
+    def go_on(self, *, one_cycle: bool) -> Debugging:
+        """Let a world that stands at a breakpoint go on, or make one control cycle and stand again."""
+        return self._process.go_on(one_cycle=one_cycle)
+
+    def debugging(self) -> Debugging:
+        """The breakpoints, and where the world stands."""
+        return self._process.debugging()
 
     def send(self, message: Message) -> None:
         """Send a message; if the process has ended it is lost, and the sender has to repeat it."""

@@ -17,16 +17,20 @@ from sim.clock import WallClock
 from sim.error import SimulationError
 from sim.process.control import (
     Answer,
+    AskDebugging,
     AskTruth,
+    BreakAt,
     Command,
     Done,
     Failed,
+    GoOn,
     Pause,
     Ready,
     SharedNumber,
     Starting,
     Stop,
 )
+from sim.process.debugger import Debugger
 from sim.process.first_calls import SIMULATION
 from sim.process.pacing import Pacer
 from sim.process.snapshot_file import SnapshotFile, SnapshotSettings
@@ -145,6 +149,8 @@ class WorldLoop:
         self._letters = 0
         self._rests_from_s = wall_clock.now_s() + REST_AFTER_S
         self._pacer = Pacer(wall_clock, order.speed, self._simulation.clock.now_s())
+        self._is_paused = False
+        self._debugger = Debugger(self._simulation, wall_clock)
         self._show_time()
 
     def run(self) -> None:
@@ -164,12 +170,14 @@ class WorldLoop:
 
     def cycle(self) -> None:
         """Make the control cycles that are due, take a snapshot if it is due, and answer a command."""
+        if self._debugger.end_if_over():
+            self._renew_pace()
         wait_s = self._advance()
         at_rest = self._is_at_rest()
         if self._commit is not None:
             self._commit.take_if_due(at_rest=at_rest)
         if wait_s is None:  # a paused world must not let the service's messages fill the pipe
-            wait([self._channels.control, self._channels.link])
+            wait([self._channels.control, self._channels.link], self._debugger.left_s)
             self._simulation.hub.receive(self._simulation.clock.now_s())
         elif at_rest and wait_s > 0.0:
             self._rest(max(wait_s, REST_S))
@@ -202,6 +210,9 @@ class WorldLoop:
         while (wait_s := self._pacer.wait_s(clock.now_s())) == 0.0:
             self._simulation.step_control_cycle()
             self._show_time()
+            if self._debugger.stepped():
+                self._stand()
+                return None
             if self._wall_clock.now_s() >= poll_at_s:
                 return 0.0
         return None if wait_s is None else max(wait_s, MIN_WAIT_S)
@@ -213,19 +224,49 @@ class WorldLoop:
         self._channels.now_s.value = now_s
 
     def _execute(self, command: Command) -> None:
-        world_s = self._simulation.clock.now_s()
         answer: Answer = Done()
         match command:
             case AskTruth():
                 answer = self._simulation.truth()
             case Pause(paused):
-                self._pacer.pause(paused, world_s)
-                self._take_snapshot()  # held messages would otherwise wait as long as the pause
+                self._is_paused = paused
+                self._stand()
+            case BreakAt(robot, rules):
+                self._debugger.break_at(robot, rules)
+                self._renew_pace()
+                answer = self._debugger.state()
+            case GoOn(one_cycle):
+                self._go_on(one_cycle=one_cycle)
+                answer = self._debugger.state()
+            case AskDebugging():
+                answer = self._debugger.state()
             case Stop():
                 self._take_snapshot()
                 self.stopped = True
                 return
         self._channels.control.send(answer)
+
+    def _go_on(self, *, one_cycle: bool) -> None:
+        """Leave a breakpoint, for good or for one control cycle; a paused world makes none."""
+        if not self._debugger.stands:
+            return
+        if one_cycle and not self._is_paused:
+            self._simulation.step_control_cycle()
+            self._show_time()
+            self._debugger.stand_again()
+            self._take_snapshot()
+        elif not one_cycle:
+            self._debugger.go_on()
+            self._renew_pace()
+
+    def _stand(self) -> None:
+        self._renew_pace()
+        self._take_snapshot()  # held messages would otherwise wait as long as the pause
+
+    def _renew_pace(self) -> None:
+        """Pause, or go on without catching up."""
+        stands = self._is_paused or self._debugger.stands
+        self._pacer.pause(stands, self._simulation.clock.now_s())
 
     def _take_snapshot(self) -> None:
         if self._commit is not None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from robots.clock import Clock
+from robots.executive.breakpoints import Halt
 from robots.executive.memory import RobotMemory
 from robots.link import Link
 from robots.physical.body import Body, Pose
@@ -22,6 +23,18 @@ class HasMemory(Protocol):
     """An agent that can be resumed after a restart."""
 
     def memory(self) -> RobotMemory: ...
+
+
+@runtime_checkable
+class HasRules(Protocol):
+    """An agent whose rules may have breakpoints."""
+
+    def break_at(self, rules: frozenset[str]) -> None: ...
+
+    @property
+    def is_held(self) -> bool: ...
+
+    def halt_report(self) -> Halt: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

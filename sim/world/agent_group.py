@@ -25,12 +25,13 @@ from numpy.typing import NDArray
 
 from robots.compilation import compiles
 from robots.compiled import use_compiled
+from robots.executive.breakpoints import Halt
 from robots.executive.memory import RobotMemory
 from robots.link import Link
 from robots.physical.body import Body
 from sim.clock import WorldClock
 from sim.error import SimulationError
-from sim.world.agent import Agent, AgentFactory, AgentSetup, HasMemory
+from sim.world.agent import Agent, AgentFactory, AgentSetup, HasMemory, HasRules
 from sim.world.remote_robot import ReadingsSender, RemoteRobot, numbers_of
 
 ROBOTS_A_PROCESS = 30
@@ -70,6 +71,18 @@ class Memories(NamedTuple):
     """Asks for the agents' memories."""
 
 
+class BreakAt(NamedTuple):
+    """Breakpoints on rules, by robot, in place of those before. Not answered."""
+
+    rules: Mapping[str, frozenset[str]]
+
+
+class AskHalts(NamedTuple):
+    """Asks where minds stand: of robots that are held at a breakpoint, and of these."""
+
+    robots: frozenset[str]
+
+
 class Failed(NamedTuple):
     """An agent raised an error, in words."""
 
@@ -86,6 +99,14 @@ class AgentGroup(Protocol):
     def begin_memories(self) -> None: ...
 
     def finish_memories(self) -> Mapping[str, RobotMemory]: ...
+
+    def break_at(self, rules: Mapping[str, frozenset[str]]) -> None:
+        """Set breakpoints on rules, by robot."""
+        ...
+
+    def halts(self, robots: frozenset[str]) -> Sequence[Halt]:
+        """Where minds stand: of robots that are held at a breakpoint, and of these."""
+        ...
 
     def close(self) -> None: ...
 
@@ -108,6 +129,15 @@ class LocalGroup:
 
     def finish_memories(self) -> Mapping[str, RobotMemory]:
         return {name: agent.memory() for name, agent in self.agents.items() if isinstance(agent, HasMemory)}
+
+    def break_at(self, rules: Mapping[str, frozenset[str]]) -> None:
+        for name, agent in self.agents.items():
+            if isinstance(agent, HasRules):
+                agent.break_at(rules.get(name, frozenset()))
+
+    def halts(self, robots: frozenset[str]) -> Sequence[Halt]:
+        ruled = [(name, one) for name, one in self.agents.items() if isinstance(one, HasRules)]
+        return [one.halt_report() for name, one in ruled if one.is_held or name in robots]
 
     def close(self) -> None:
         """Nothing to release."""
@@ -163,6 +193,14 @@ class RemoteGroup:
         memories: Mapping[str, RobotMemory] = self._answer()
         return memories
 
+    def break_at(self, rules: Mapping[str, frozenset[str]]) -> None:
+        self._send(BreakAt(rules))
+
+    def halts(self, robots: frozenset[str]) -> Sequence[Halt]:
+        self._send(AskHalts(robots))
+        halts: Sequence[Halt] = self._answer()
+        return halts
+
     def close(self) -> None:
         self._close()
 
@@ -204,6 +242,9 @@ def serve(handle: int) -> None:
                 if isinstance(order, Makeup):
                     group = _FarGroup(order)
                     continue
+                if isinstance(order, BreakAt):
+                    group.break_at(order.rules)
+                    continue
                 answer = group.answer(order)
                 connection.send_bytes(pickle.dumps(answer, pickle.HIGHEST_PROTOCOL))
         except (EOFError, OSError):
@@ -220,9 +261,14 @@ class _FarGroup:
         self._robots = makeup.robots
         self._clock = makeup.clock
 
-    def answer(self, order: Tick | Memories) -> object:
+    def break_at(self, rules: Mapping[str, frozenset[str]]) -> None:
+        self._agents.break_at(rules)
+
+    def answer(self, order: Tick | Memories | AskHalts) -> object:
         if isinstance(order, Memories):
             return self._agents.finish_memories()
+        if isinstance(order, AskHalts):
+            return self._agents.halts(order.robots)
         if order.is_compiled and not compiles():
             use_compiled()
         self._clock.ticks = order.ticks

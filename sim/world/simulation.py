@@ -9,6 +9,7 @@ from math import dist, hypot
 
 import numpy as np
 
+from robots.executive.breakpoints import Halt
 from robots.executive.memory import RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose, Readings, Sensor
@@ -64,6 +65,7 @@ class Simulation:
         self._make_agent = make_agent
         self._processes = processes
         self._far: list[RemoteGroup] = []
+        self._breakpoints: Mapping[str, frozenset[str]] = {}
         self._edition = _newest(world, edition, snapshot)
         self._delivered = snapshot.delivered if snapshot else frozenset[str]()
         self.link, robots_end = InMemoryLink.pair()
@@ -142,6 +144,8 @@ class Simulation:
         self.agents: Mapping[str, Agent] = near.agents
         """Those in this process."""
         self._groups: tuple[AgentGroup, ...] = (near, *self._far)
+        if self._breakpoints:
+            self.break_at(self._breakpoints)
 
     def _make_far(self, shares: Sequence[Sequence[AgentSetup]]) -> None:
         """Have each share run by a process of its own, by one that is there already if possible."""
@@ -266,6 +270,19 @@ class Simulation:
             for _ in range(TICKS_PER_CONTROL):
                 self.step()
         return True
+
+    def break_at(self, rules: Mapping[str, frozenset[str]]) -> None:
+        """Set breakpoints on rules, "guard:3" and the like, by robot, in place of those before.
+
+        What a rule commits to at one is held back until the robot's next turn.
+        """
+        self._breakpoints = rules
+        for group in self._groups:
+            group.break_at(rules)
+
+    def halts(self, robots: frozenset[str] = frozenset()) -> Sequence[Halt]:
+        """Where minds stand: of robots that have met a breakpoint in their last turn, and of these."""
+        return [one for group in self._groups for one in group.halts(robots)]
 
     def truth(self) -> Truth:
         """The world as it is; never for an agent."""

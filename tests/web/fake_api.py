@@ -324,6 +324,22 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
     def withdraw_words(name: str, dialogue: str) -> Any:
         return service.decide(name, dialogue, "withdrawn")
 
+    @app.get("/v1/robots/{name}/breakpoints", dependencies=v1)
+    def breakpoints(name: str) -> Any:
+        return service.breakpoints
+
+    @app.put("/v1/robots/{name}/breakpoints", dependencies=v1)
+    def set_breakpoints(name: str, body: Annotated[dict[str, Any], Body()]) -> Any:
+        service.breakpoints |= {"rules": body["rules"]}
+        return service.breakpoints
+
+    @app.post("/v1/robots/{name}/breakpoints:{verb}", dependencies=v1)
+    def go_on(name: str, verb: str) -> Any:
+        service.decisions.append((verb, name, ""))
+        halts = [one | {"firings": []} for one in service.breakpoints["halts"]] if verb == "step" else []
+        service.breakpoints |= {"halts": halts}
+        return service.breakpoints
+
     @app.get("/v1/robots/{name}/mind", dependencies=v1)
     def mind(name: str) -> Any:
         return service.mind

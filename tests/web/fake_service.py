@@ -144,6 +144,14 @@ class FakeService:
             "decided_by": None,
         }
         self.mind: dict[str, Any] = {"at_s": 12.0, "agents": [], "conversations": []}
+        self.breakpoints: dict[str, Any] = {
+            "rules": [],
+            "refusal": "",
+            "of_others": 0,
+            "halts": [],
+            "left_s": None,
+            "ended": "",
+        }
         self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
         self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}
         self.connection: dict[str, str] = {}

@@ -313,6 +313,42 @@ def test_the_mind_of_a_robot_is_laid_open_and_followed(page: Page, service: Fake
     expect(page.get_by_test_id("mind-agents")).to_contain_text("The robot follows no rules.")
 
 
+def test_a_breakpoint_is_set_at_a_rule_shows_where_the_world_stands_and_is_left(
+    page: Page, service: FakeService
+) -> None:
+    service.rule({"guard": GUARD})
+    opened(page, "mind")
+    panel = page.get_by_test_id("mind-breakpoints")
+    state = page.get_by_test_id("breakpoints-state")
+    step = panel.get_by_role("button", name="Step")
+    expect(state).to_contain_text("No breakpoints.")
+    expect(step).to_be_disabled()
+    text = page.get_by_test_id("rules-text")
+    expect(text).to_have_value(GUARD)
+    text.evaluate("area => { area.focus(); area.setSelectionRange(14, 14); }")
+    panel.get_by_role("button", name="Break at the caret").click()
+    expect(state).to_contain_text("The world runs until a rule with a breakpoint fires.")
+    assert service.breakpoints["rules"] == ["guard:2"]
+    firing = {"agent": "guard", "rule": "guard:2", "does": "DOCK", "bindings": {"what": "rock"}}
+    agent = {"name": "guard", "roles": [], "beliefs": [belief(term="alarm")], "belief_count": 1}
+    agent |= {"commitments": [], "commitment_count": 0}
+    halt = {"robot": "yard_1", "at_s": 7.5, "firings": [firing], "agents": [agent]}
+    service.breakpoints |= {"halts": [halt], "left_s": 590.0}
+    expect(state).to_contain_text("yard_1 stands at 7.50 s; these rules have fired and take effect next:")
+    expect(state).to_contain_text("guard: guard:2 DOCK, ?what = rock")
+    expect(state).to_contain_text("If nobody goes on, it runs again in 10 min, without breakpoints.")
+    expect(page.get_by_test_id("agent-guard")).to_contain_text("alarm")
+    step.click()
+    expect(state).to_contain_text("no breakpoint was met in this step")
+    panel.get_by_role("button", name="Continue").click()
+    expect(step).to_be_disabled()
+    assert [verb for verb, _, _ in service.decisions] == ["step", "continue"]
+    panel.get_by_role("button", name="Clear").click()
+    expect(state).to_contain_text("No breakpoints.")
+    service.breakpoints |= {"refusal": "a fleet drives sample_store"}
+    expect(state).to_contain_text("a fleet drives sample_store")
+
+
 def test_a_role_is_given_with_what_it_is_recruited_for_and_ended(page: Page, service: FakeService) -> None:
     opened(page, "mind")
     panel = page.get_by_test_id("mind-role")

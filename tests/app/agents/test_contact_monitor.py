@@ -103,6 +103,14 @@ def test_outages_explain_nothing_for_nobody_counts_on_them() -> None:
     assert room.silent_at(100.0) == pytest.approx(LinkSpec().quiet_s, abs=0.11)
 
 
+def test_a_robot_whose_simulated_world_stands_is_not_silent() -> None:
+    room = Room(LinkSpec())
+    room.hear()
+    left_s = room.hearing.silent_in_s("left")
+    room.wall_passes(600.0)
+    assert room.hearing.silent_in_s("left") == left_s > 0
+
+
 def test_however_fast_the_world_runs_a_robot_is_given_some_seconds_of_the_wall_clock() -> None:
     room = Room(LinkSpec(), rate=50.0)
     assert room.silent_at(1000.0) == pytest.approx(50.0 * SILENT_AFTER_S, abs=0.11)

@@ -219,3 +219,29 @@ def test_what_has_ended_stays_ended() -> None:
     one.cycle(0.0)
     with pytest.raises(RuleError, match="commitment 1 of tester:3 cannot become fulfilled: it is fulfilled"):
         fulfil(one.ended[0], 1.0)
+
+
+def test_what_a_cycle_commits_to_at_a_breakpoint_is_held_back_until_the_next_one() -> None:
+    one, actuators = agent(
+        "BELIEF(message(request, ?who, greet)) => COMMIT(?who, Now, BELIEF(message(request, ?who, greet)), say(agree, ?who, hello));\n"
+        "BELIEF(message(request, ?_, greet)) => COMMIT(activate(STOP()));"
+    )
+    one.breakpoints = frozenset({"tester:3"})
+    one.cycle(0.0, [told("greet")])
+    assert (actuators.said, actuators.tags, one.commitments) == ([], [], [])
+    assert [(held.rule, held.does, held.bindings) for held in one.held] == [
+        ("tester:3", "say", {"who": "anna"}),
+        ("tester:4", "STOP", {}),
+    ]
+    one.cycle(0.1)
+    assert one.held == []
+    assert [said.other for said in actuators.said] == ["anna"]
+    assert actuators.tags == ["STOP"]
+
+
+def test_a_rule_whose_commitment_is_live_meets_no_breakpoint() -> None:
+    one, _ = agent("BELIEF(message(request, ?_, stop)) => COMMIT(activate(STOP()));")
+    one.cycle(0.0, [told("stop")])
+    one.breakpoints = frozenset({"tester:3"})
+    one.cycle(0.1, [told("stop")])
+    assert one.held == []

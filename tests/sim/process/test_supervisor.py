@@ -193,7 +193,7 @@ class Kept:
     def remembered(self) -> set[str]:
         """The ids of all that robots are known to have said, by the snapshot on the disk."""
         boxes = [
-            robot.mailbox
+            robot.mind.mailbox
             for robot in WorldSnapshot.model_validate_json(self.path.read_bytes()).robots.values()
         ]
         answers = {answer.id for box in boxes for answer in box.answers}

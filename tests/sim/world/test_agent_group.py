@@ -9,7 +9,7 @@ from benchmarks.errands import tour
 from robots.compilation import uncompiled
 from robots.physical.body import Image, Pose, Readings
 from robots.wire import Message, Performative, ScriptRequest
-from robots.world import load_world
+from robots.world import Edition, WorldFile, load_world
 from sim.error import SimulationError
 from sim.snapshot import WorldSnapshot
 from sim.truth import Truth
@@ -48,7 +48,10 @@ def outcome(simulation: Simulation, seconds: float) -> tuple[Truth, WorldSnapsho
     run_s(simulation, seconds)
     sent = [message.model_dump(exclude={"id", "in_reply_to"}) for message in simulation.link.receive()]
     snapshot = simulation.snapshot()
-    robots = {name: memory.model_copy(update={"mailbox": None}) for name, memory in snapshot.robots.items()}
+    robots = {
+        name: memory.model_copy(update={"mind": memory.mind.model_copy(update={"mailbox": None})})
+        for name, memory in snapshot.robots.items()
+    }
     return simulation.truth(), snapshot.model_copy(update={"run": "", "robots": robots}), sent
 
 
@@ -125,3 +128,22 @@ def test_an_image_reaches_an_agent_in_another_process_as_it_was_taken() -> None:
     row = ReadingsSender().packed(Pose(x_m=0, y_m=0, heading_rad=0), readings, ())
     robot.feel(pickle.loads(pickle.dumps(row)), NOTHING)
     assert robot.sense().images == {"camera": image}
+
+
+def test_breakpoints_hold_in_every_process_and_in_a_changed_world() -> None:
+    document = WORLD.model_dump(mode="json")
+    for robot in document["robots"]:
+        robot["rules"] = {"guard": "AGENT guard;\nBELIEF(startup) => COMMIT(adoptBelief(on_duty));\n"}
+    world = WorldFile.model_validate(document)
+    simulation = Simulation(world, make_agent=behavioural_agent, seed=2, processes=2)
+    names = [spec.name for spec in world.robots]
+    simulation.break_at({names[0]: frozenset({"guard:2"}), names[-1]: frozenset({"guard:2"})})
+    for _ in range(2):
+        simulation.step_control_cycle()
+        held = simulation.halts()
+        assert [(one.robot, [firing.rule for firing in one.firings]) for one in held] == [
+            (names[0], ["guard:2"]),
+            (names[-1], ["guard:2"]),
+        ]
+        simulation.take_up(Edition(simulation.edition + 1, world))
+    simulation.close()

@@ -4,6 +4,7 @@ import { get, id, problemOf } from "../page/api.js";
 import { el, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
 import { drawAgent, quiet } from "./agents.js";
+import { mountBreakpoints } from "./breakpoints.js";
 import { mountRole } from "./role.js";
 import { mountRules } from "./rules.js";
 
@@ -14,12 +15,14 @@ export function mountMind(root) {
   const conversations = el("div", { "data-testid": "mind-conversations" });
   const rulesRoot = el("div", { "data-testid": "mind-rules" });
   const rules = mountRules(rulesRoot);
+  const breakpointsRoot = el("div", { "data-testid": "mind-breakpoints" });
+  const breakpoints = mountBreakpoints(breakpointsRoot, rules.caret);
   const roleRoot = el("div", { "data-testid": "mind-role" });
   const role = mountRole(roleRoot);
   /** @type {string | null} */
   let robot = null;
   let isLoading = false;
-  replace(root, agents, section("Conversations", conversations), section("Role", roleRoot), section("Rules", rulesRoot));
+  replace(root, agents, section("Conversations", conversations), section("Role", roleRoot), section("Rules", rulesRoot), section("Breakpoints", breakpointsRoot));
   agents.addEventListener("click", (event) => {
     const rule = event.target instanceof HTMLElement ? event.target.dataset.rule : undefined;
     if (rule) rules.showLine(rule);
@@ -30,9 +33,14 @@ export function mountMind(root) {
     const name = robot;
     isLoading = true;
     try {
-      /** @type {Mind} */
-      const mind = await get(`/v1/robots/${id(name)}/mind`);
-      if (robot === name) draw(mind);
+      const halt = await breakpoints.load();
+      if (robot === name && halt) draw({ ...halt, conversations: [] });
+      else if (robot === name && breakpoints.stands()) show(agents, quiet("Its world stands at a breakpoint of another robot."));
+      else {
+        /** @type {Mind} */
+        const mind = await get(`/v1/robots/${id(name)}/mind`);
+        if (robot === name) draw(mind);
+      }
     } catch (error) {
       if (robot === name) show(agents, quiet(problemOf(error).message));
     }
@@ -51,6 +59,7 @@ export function mountMind(root) {
       if (state.robot === robot) return;
       robot = state.robot;
       rules.setRobot(robot);
+      breakpoints.setRobot(robot);
       role.setRobot(state.robots.find((one) => one.name === robot) ?? null);
       show(agents);
       show(conversations);

@@ -134,6 +134,8 @@ export function mountRules(root) {
       return load();
     },
     refresh: load,
+    /** The file and line at the caret, "guard:3"; empty without a file. */
+    caret: () => (text.disabled ? "" : `${choice.value}:${text.value.slice(0, text.selectionStart).split("\n").length}`),
     /** Select a rule in its file. @param {string} rule its file and line, "guard:3" */
     showLine(rule) {
       const [file, line] = rule.split(":");
