@@ -58,12 +58,14 @@ from app.planning.export import PlanExport
 from app.planning.goal_planning import GoalPlanningJob
 from app.planning.goal_service import GoalService
 from app.planning.hold_service import HoldService
+from app.planning.leg_calls import LegCalls
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
+from app.planning.tenders import Tenders
 from app.planning.waiting_goals import WaitingGoals
 from app.recordings import MindSampler, Recorder, RecordingStore
 from app.settings import Settings, lock_folder
@@ -259,8 +261,17 @@ class Service:
             absolute_s=settings.margin_s,
             answers_s=self._files.each(lambda file: file.answer_s),
         )
+        calls = LegCalls(core, speech=self.speech, library=self.packs.library())
+        self.tenders = Tenders(
+            core, speech=self.speech, worlds=self._files, calls=calls, requests=self._requests
+        )
         self.plans = PlanApproval(
-            core, margin=margin, requests=self._requests, worlds=self._files, perceives=self._perceives
+            core,
+            margin=margin,
+            requests=self._requests,
+            worlds=self._files,
+            perceives=self._perceives,
+            tenders=self.tenders,
         )
         problems = ProblemBuilder(
             core,
@@ -288,6 +299,8 @@ class Service:
             worker=self._worker,
             limits=limits,
             approval=self.plans,
+            tenders=self.tenders,
+            requests=self._requests,
         )
         self._recovery = RecoveryJob(
             core,
@@ -300,6 +313,7 @@ class Service:
             approval=self.plans,
             out_of_service=self.out_of_service,
             peripherals=lambda world: [one.name for one in self._files[world].peripherals],
+            tenders=self.tenders,
         )
         self.alternatives = Alternatives(core)
         self._alternatives_job = AlternativesJob(
@@ -307,7 +321,7 @@ class Service:
         )
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
-        self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, library=self.packs.library())
+        self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, calls=calls)
         self.goals = GoalService(
             core,
             world=self.worlds.world,
@@ -318,6 +332,7 @@ class Service:
             requests=self._requests,
             holds=self.holds,
             paces=self._paces,
+            tenders=self.tenders,
         )
 
     def _wire_missions(self) -> None:
@@ -388,6 +403,7 @@ class Service:
             recovery=RecoverySteps(self.events, requests=self._requests),
             waiting=self._waiting_goals,
             silent_in_s=self.contact.silent_in_s,
+            tenders=self.tenders,
         )
 
     def _wire_recordings(self) -> None:
@@ -514,6 +530,7 @@ class Service:
             plans=self.plans,
             explanations=self.explanations,
             plan_bids=self.plan_bids,
+            tenders=self.tenders,
             export=self.export,
             missions=self.missions,
             worlds=self.worlds,

@@ -167,6 +167,15 @@ class SpeechService:
         life.say(row, performative)
         self._note(session, row, performative, content, within_s=within_s)
 
+    def take_time(self, row: ConversationRow) -> None:
+        """Have the conversation wait for the service's next word, for as long as that takes."""
+        row.reply_by_s = None
+
+    def ask_again(self, row: ConversationRow, *, wall_s: float) -> None:
+        """Have what was said last repeated: the robot's last answer may have been lost."""
+        life.ask_again(row)
+        row.reply_by_s = self._clocks[row.world].now_s() + self.patience_s(row.world, row.robot, wall_s)
+
     def cancel(self, row: ConversationRow, reason: str) -> None:
         """Give a conversation up without a word."""
         life.cancel(row, reason)

@@ -65,6 +65,7 @@ from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
 from app.planning.goal_service import GoalService
 from app.planning.hold_service import HoldService
+from app.planning.tenders import Tenders
 from app.recordings import RecordingStore
 from app.settings import Settings
 from app.store.event_log import EventLog
@@ -103,6 +104,7 @@ class Services:
     plans: PlanApproval
     explanations: Explanations
     plan_bids: PlanBids
+    tenders: Tenders
     export: PlanExport
     missions: MissionService
     worlds: WorldService
@@ -143,7 +145,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     problems.install(api)
     api.include_router(goals_router(service.goals, service.alternatives))
     api.include_router(plans_router(service.plans, service.explanations, service.export))
-    api.include_router(plan_bids_router(service.plan_bids))
+    api.include_router(plan_bids_router(service.plan_bids, service.tenders))
     api.include_router(missions_router(service.missions))
     api.include_router(worlds_router(service.worlds))
     api.include_router(world_set_router(service.world_set, service.worlds))

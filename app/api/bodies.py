@@ -15,6 +15,7 @@ from app.domain.goal_language.terms import GoalHold, GoalTerms, Reading
 from app.domain.goal_language.times import Due
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import Policy
+from app.domain.tender_document import Allocation
 from app.planning.alternatives import Search
 from app.store import GoalRow, PlanRow
 from app.store.records import values_of
@@ -58,6 +59,11 @@ class SubmitGoal(Request):
         default=None,
         description="when the mission fails: approve repaired plans (auto), propose them (ask), or end (never); "
         "default: auto with auto_approve, else ask",
+    )
+    allocation: Allocation = Field(
+        default=Allocation.CENTRAL,
+        description="how its robots are chosen: by planning alone (central), or by bids of the robots for the legs of "
+        "a first plan (contract_net)",
     )
     time_limit_s: float | None = Field(default=None, gt=0, description="for the planning, wall clock")
     effort_s: float | None = Field(
@@ -177,6 +183,7 @@ class GoalBody(BaseModel):
     )
     auto_approve: bool
     recovery: Policy
+    allocation: Allocation
     planning: PlanningProgress | None = Field(default=None, description="only while it is being planned")
     alternatives: AlternativesSearch | None = Field(
         default=None, description="while plans are open, once alternatives were requested"

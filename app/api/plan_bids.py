@@ -7,20 +7,9 @@ from app.api.bodies import Page
 from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
+from app.domain.tender_document import OfferBody, TenderBody
 from app.planning.bids import PlanBids
-
-
-class OfferBody(BaseModel):
-    """A robot's bid, by its own state and belief; seconds of the world's clock."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    cost_s: float = Field(description="what bids are compared by")
-    release_s: float = Field(description="until it is free")
-    way_s: float = Field(description="from where it is then to the first place, at least")
-    work_s: float
-    battery: float = Field(description="what is left afterwards, 0 to 1, at least")
-    degraded: list[str] = Field(description="readings that it leaves out")
+from app.planning.tenders import Tenders
 
 
 class RobotBidBody(BaseModel):
@@ -46,7 +35,7 @@ class PartBidsBody(BaseModel):
     cheapest: str | None = Field(description="the robot whose bid costs least; null while there is none")
 
 
-def plan_bids_router(bids: PlanBids) -> APIRouter:
+def plan_bids_router(bids: PlanBids, tenders: Tenders) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["plans"])
 
     @router.post("/plans/{plan_id}:call_for_bids", status_code=202, responses=declared(409))
@@ -62,5 +51,13 @@ def plan_bids_router(bids: PlanBids) -> APIRouter:
     def get_bids(plan_id: Id) -> Page[PartBidsBody]:
         """What the robots have answered to the last call; empty if they were not asked."""
         return Page(items=[PartBidsBody.model_validate(one) for one in bids.of(plan_id)])
+
+    @router.get("/plans/{plan_id}/tender", responses=declared(409))
+    def get_tender(plan_id: Id) -> TenderBody:
+        """Who bid what for the legs of the plan, who is awarded them and why, and what has become of the awards.
+
+        409 if the plan's goal was not put to tender (`allocation`).
+        """
+        return tenders.of_plan(plan_id)
 
     return router

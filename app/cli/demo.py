@@ -23,6 +23,7 @@ from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import MissionState
 from app.domain.recovery_rules import Policy
+from app.domain.tender_document import Allocation
 from app.domain.world_model import initial_facts
 from app.domain.world_model.vocabulary import symbolic_all
 from app.packs.pack_set import Packs
@@ -43,7 +44,15 @@ SMALL_GOALS = 1
 compilation."""
 
 
-def demo(world: WorldFile, packs: Packs, text: str, speed: float | None, seed: int) -> int:
+def demo(
+    world: WorldFile,
+    packs: Packs,
+    text: str,
+    speed: float | None,
+    seed: int,
+    *,
+    allocation: str = Allocation.CENTRAL,
+) -> int:
     """Run one goal; 0 if it became true in the simulation or asks for nothing to be done, else 1.
 
     :raises Invalid: if the goal is not understood or not possible, or a setting is wrong, before anything starts.
@@ -72,6 +81,7 @@ def demo(world: WorldFile, packs: Packs, text: str, speed: float | None, seed: i
             text=None if FACT.match(text) else text,
             goal=stated.goals if FACT.match(text) else None,
             recovery=Policy.AUTO,
+            allocation=Allocation(allocation),
         )
         return _run(console, settings, world, packs, request, speed, seed, compilation)
 

@@ -93,6 +93,10 @@ def demo(
     speed: Annotated[float | None, typer.Option(min=0.01, help="World seconds per wall-clock second.")] = 4.0,
     flat_out: Annotated[bool, typer.Option(help="Run as fast as possible; overrides --speed.")] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of start poses and noise.")] = 0,
+    allocation: Annotated[
+        Literal["central", "contract_net"],
+        typer.Option(help="Choose robots by planning alone, or by their bids for the legs of a first plan."),
+    ] = "central",
 ) -> None:
     """Plan a goal, approve the plan and watch simulated robots carry it out, in the terminal."""
     from app.cli.demo import demo as run
@@ -102,7 +106,8 @@ def demo(
         wanted = goal or packs.example
         if not wanted:
             fail("give --goal")
-        leave(run(named_world(world, packs), packs, wanted, None if flat_out else speed, seed))
+        pace = None if flat_out else speed
+        leave(run(named_world(world, packs), packs, wanted, pace, seed, allocation=allocation))
 
 
 @app.command()

@@ -12,6 +12,7 @@ from app.domain.explanation_document import ActionExplanationBody, ExplanationBo
 from app.domain.goal_language.stated_holds import HoldPreview
 from app.domain.goal_language.terms import Reading
 from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
+from app.domain.tender_document import TenderBody
 
 EQUAL_S = 0.05
 """Times that differ by no more count as equal."""
@@ -42,6 +43,8 @@ def show_plan(console: Console, plan: PlanBody) -> None:
     for robot, why in sorted(plan.recruitment.items()):
         work = _work(plan, robot)
         console.print(f"[bold]{robot}[/]{f' ({work})' if work else ''}: {escape(why)}")
+    if plan.tender is not None:
+        _show_tender(console, plan.tender)
     for line in _clearances(plan):
         console.print(line)
     if plan.critical_path:
@@ -63,6 +66,16 @@ def _clearances(plan: PlanBody) -> list[str]:
         for one in plan.orderings
         if one.why
     ]
+
+
+def _show_tender(console: Console, tender: TenderBody) -> None:
+    """Show who is awarded which leg, and why."""
+    for leg in tender.legs:
+        bidders = sum(len(part.offers()) for part in leg.parts)
+        what = f"[bold]{leg.id}[/], {escape(str(leg.goal))}, {bidders} bid{'' if bidders == 1 else 's'}"
+        console.print(f"{what}: {escape(leg.why or 'nobody is awarded it')}")
+    if tender.reason:
+        console.print(f"Planned without awards: {escape(tender.reason)}")
 
 
 def show_repairs(console: Console, repairs: RepairsBody) -> None:

@@ -79,6 +79,14 @@ class GoalPlanningBegan(GoalEvent, type="goal.planning"):
     state: GoalState = GoalState.PLANNING
 
 
+class GoalBidsCalled(GoalEvent, type="goal.bids_called"):
+    """Robots were called for proposals on the legs of the goal's first plan; it is planned once they have answered."""
+
+    robots: tuple[str, ...]
+    legs: tuple[str, ...]
+    state: GoalState = GoalState.PLANNING
+
+
 class GoalProgress(GoalEvent, type="goal.progress"):
     """The planner has a better plan or a better lower bound than before; also while a mission's plan is repaired.
 

@@ -7,6 +7,7 @@ from typing import Any, Self
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.lifecycles.plan import PlanState
+from app.domain.tender_document import TenderBody
 from app.domain.world_model.senses import why_cleared
 from app.domain.world_model.vocabulary import planner_fact, symbolic, symbolic_all, types_in
 from planner import (
@@ -135,6 +136,9 @@ class PlanBody(PlanPart):
     label: str = Field(default="", description="what it is best at among the goal's alternatives")
     comparison: str = Field(default="", description="what it costs and saves against the shortest of them")
     repairs: RepairsBody | None = Field(default=None, description="set if it replaces a stale plan")
+    tender: TenderBody | None = Field(
+        default=None, description="who bid what for its legs and is awarded them; null without a contract net"
+    )
     overtaken: tuple[str, ...] = Field(
         default=(),
         description="for a single proposed plan: its conditions that no longer hold, and what holds instead; if there "

@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any, Self
 
+from app.domain.tender_document import LegBody
 from app.domain.world_model.beliefs import CAN, OPERABLE, Facts
 from planner import PlanNet
 from planner.repair import Course
@@ -148,6 +149,19 @@ def left_out(troubles: Iterable[Trouble]) -> LeftOut:
     return LeftOut(
         robots=frozenset(unfit),
         packets=frozenset((robot, tag) for robot, tag in often if robot not in unfit),
+    )
+
+
+def has_failed_at(troubles: Iterable[Trouble], leg: LegBody, robot: str) -> bool:
+    """True if the robot has had trouble at a leg that it was awarded: at something that the leg's goal names.
+
+    Where it is not known at what, and where the robot cannot be used any longer, that is all its legs.
+    """
+    return any(
+        one.robot == robot
+        and not (one.waited or one.answered)
+        and (not one.fit or not one.about or not set(leg.goal.args).isdisjoint(one.about))
+        for one in troubles
     )
 
 

@@ -9,7 +9,7 @@ from app.core import Core
 from app.domain.events import MissionDispatching
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles.mission import MissionState
-from app.domain.lifecycles.script import Delivery
+from app.domain.lifecycles.script import Delivery, script_id
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
 from app.store import MissionRow, ScriptRow
 from planner import Senses
@@ -60,7 +60,7 @@ class ScriptDispatcher:
             self._core.knowledge_base,
             facts=self._core.facts.facts(session, mission.world),
             answer_s=answer_s,
-            script_ids=lambda robot: script_id(mission, robot),
+            script_ids=lambda robot: script_id(mission.id, robot, mission.revision),
             senses=None if self._senses is None else self._senses[mission.world],
             clearing=() if self._clearing is None else self._clearing[mission.world],
         )
@@ -88,11 +88,6 @@ class ScriptDispatcher:
             ),
         )
         return ""
-
-
-def script_id(mission: MissionRow, robot: str) -> str:
-    """The id of the robot's script for the mission's current plan."""
-    return f"{mission.id}-{robot}" + (f"-{mission.revision}" if mission.revision > 1 else "")
 
 
 def _script_row(script: BehaviourScript, plan_id: str, now_s: float) -> ScriptRow:

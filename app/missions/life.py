@@ -24,6 +24,7 @@ from app.missions.dispatch import ScriptDispatcher
 from app.missions.ending import end_mission
 from app.missions.mission_view import MissionViews, scripts_of_all_plans
 from app.missions.recovery import RecoverySteps
+from app.planning.tenders import Tenders
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
 from app.store.records import lock_mission
@@ -83,10 +84,12 @@ class MissionLife:
         recovery: RecoverySteps,
         waiting: WaitingGoals,
         silent_in_s: Callable[[str], float],
+        tenders: Tenders | None = None,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
+        :param tenders: None: robots do not bid for goals.
         :param silent_in_s: least world seconds until a robot's silence is longer than its radio explains.
         """
         self._database = core.database
@@ -95,6 +98,7 @@ class MissionLife:
         self._views = MissionViews(core, silent_in_s=silent_in_s)
         self._dispatcher = dispatcher
         self._recovery = recovery
+        self._tenders = tenders
         self._waiting = waiting
         self._times = times
         self._patience_s = patience_s
@@ -232,6 +236,8 @@ class MissionLife:
 
     def _close(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
         self._views.forget(mission.id)
+        if self._tenders is not None:
+            self._tenders.settle(session, mission)
         end_mission(
             session,
             self._events,

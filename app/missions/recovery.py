@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -14,14 +15,17 @@ from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState, has_ended
 from app.domain.lifecycles.recovery import RecoveryStep, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
+from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import (
     LeftOut,
     Policy,
     Trouble,
+    has_failed_at,
     left_out,
     measure_of,
     needs_decision,
 )
+from app.domain.tender_document import TenderBody
 from app.domain.world_model.beliefs import OBJECT_POSITION
 from app.missions.mission_progress import progress_of
 from app.missions.out_of_service import OutOfService
@@ -34,9 +38,11 @@ from app.planning.pool.work import RepairWork, Solution, Solutions, WorkResult
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
-from app.store import GoalRow, MissionRow, ScriptRow
+from app.planning.tenders import Tenders
+from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
 from app.store.event_log import EventLog
 from app.store.records import lock_mission
+from planner import Fact
 from robots.clock import Clock
 
 RETRY_BLOCKED_S = 20.0
@@ -45,10 +51,11 @@ RETRY_BLOCKED_S = 20.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairTask(PlanningTask):
-    """A repair to plan, and the robots and packets that it must do without."""
+    """A repair to plan, and the robots and packets that it must do without; `tender`: with the legs awarded anew."""
 
     replaces: ReplacedPlan
     left_out: LeftOut
+    tender: TenderBody | None = None
 
 
 class RecoverySteps:
@@ -88,9 +95,12 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         approval: PlanApproval,
         out_of_service: OutOfService,
         peripherals: Callable[[str], Collection[str]],
+        tenders: Tenders | None = None,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
-        """:param peripherals: by world, the names of its doors, hatches and lifts."""
+        """:param peripherals: by world, the names of its doors, hatches and lifts.
+        :param tenders: None: robots do not bid for goals.
+        """
         super().__init__(core, worker=worker, clock=clock)
         self._plan_nets = core.plan_nets
         self._problems = problems
@@ -101,6 +111,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         self._approval = approval
         self._out_of_service = out_of_service
         self._peripherals = peripherals
+        self._tenders = tenders
 
     def load(self, session: Session, subject_id: str, *, lock: bool) -> MissionRow:
         if lock:
@@ -127,10 +138,15 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         scripts = session.scalars(select(ScriptRow).where(*of_plan)).all()
         now_s = self._clocks[mission.world].now_s()
         request = self._limits.request(PlanningWish.from_json(goal.limits))
+        tender = self._awarded_anew(session, mission, troubles)
+        recruits: Mapping[Fact, frozenset[str]] = {}
+        if tender is not None and self._tenders is not None:
+            recruits = self._tenders.recruits(tender, mission.world, built)
+        facts = without.remove_from(built.problem.facts)
         work = RepairWork(
             knowledge_base=self._knowledge_base,
             plan_net=net,
-            problem=replace(built.problem, facts=without.remove_from(built.problem.facts)),
+            problem=replace(built.problem, facts=facts, recruits=recruits),
             request=request,
             progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
         )
@@ -141,7 +157,19 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             replaces=ReplacedPlan(plan_id=mission.plan_id, plan_net=net),
             is_under_way=True,
             left_out=without,
+            tender=tender,
         )
+
+    def _awarded_anew(
+        self, session: Session, mission: MissionRow, troubles: Sequence[Trouble]
+    ) -> TenderBody | None:
+        """The plan's tender, with the legs at which robots have failed awarded to the next best bids.
+
+        None if robots have not bid for the goal.
+        """
+        plan = session.get_one(PlanRow, mission.plan_id)
+        tender = PlanBody.model_validate(plan.body).tender
+        return None if tender is None else tender.reallocated(partial(has_failed_at, troubles))
 
     def conclude(
         self, session: Session, subject: MissionRow, task: RepairTask, result: WorkResult[Solutions]
@@ -163,7 +191,10 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         repair = solution.repair
         assert repair is not None
         repairs = task.replaces.repaired_by(solution)
-        plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs)
+        tender, net = task.tender, solution.result.plan_net
+        if tender is not None and net is not None and self._tenders is not None:
+            tender = self._tenders.planned(tender, net, task.problem)
+        plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs, tender=tender)
         # NOTE: the operator has decided already if the old plan does not use what is left out.
         measure = measure_of(repair.course, without=task.left_out.concerns(task.replaces.plan_net))
         words = repair.difference.words if repair.difference else ()

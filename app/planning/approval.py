@@ -25,6 +25,7 @@ from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
+from app.domain.tender_document import Allocation
 from app.domain.world_model import broken_support, filled_by, taken_by
 from app.domain.world_model.numbers import Term
 from app.domain.world_model.senses import Perceives, restricted_senses, unsensed
@@ -33,6 +34,7 @@ from app.domain.world_model.vocabulary import symbolic
 from app.domain.world_model.zones import zones_against
 from app.planning.proposals import WITHOUT_BODY, close_plans, open_plans, plan_row, read_bodies
 from app.planning.requests import PlanningRequests
+from app.planning.tenders import Tenders
 from app.store import GoalRow, MissionRow, NumberRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.records import lost_robots, page, robots_out_of_service
@@ -60,10 +62,12 @@ class PlanApproval:
         requests: PlanningRequests,
         worlds: Mapping[str, WorldFile],
         perceives: Perceives | None = None,
+        tenders: Tenders | None = None,
     ) -> None:
         """
         :param worlds: their newest editions by name.
         :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
+        :param tenders: None: robots do not bid for goals.
         """
         self._database = core.database
         self._events = core.events
@@ -73,6 +77,7 @@ class PlanApproval:
         self._staleness = Staleness(core, worlds, perceives)
         self._margin = margin
         self._requests = requests
+        self._tenders = tenders
 
     def get(self, plan_id: str, *, without_body: Container[str] = ()) -> PlanRow:
         """:param without_body: plans whose bodies need not be read."""
@@ -168,6 +173,10 @@ class PlanApproval:
             self._revise(session, mission_id, plan, margin_s)
         else:
             self._start(session, mission_id, plan, goal, margin_s)
+        if self._tenders is not None and goal.allocation == Allocation.CONTRACT_NET:
+            session.flush()
+            mission = session.get_one(MissionRow, mission_id)
+            self._tenders.award(session, goal, mission, PlanBody.model_validate(plan.body).tender)
         return mission_id
 
     def _start(
@@ -246,6 +255,8 @@ class PlanApproval:
                 return plan
             reason = f"plan rejected: {comment}" if comment else "plan rejected"
             goal_lifecycle.withdraw(goal, outcome="plan_rejected", reason=reason)
+            if self._tenders is not None:
+                self._tenders.release(session, goal)
             self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return plan
 

@@ -17,19 +17,16 @@ from app.domain.events import PlanBidsCalled
 from app.domain.goal_language.words import joined
 from app.domain.ids import new_id
 from app.domain.lifecycles.plan import PlanState
-from app.domain.mission_organiser import Library, OrganiserFailure, organise
+from app.planning.leg_calls import LegCalls, offer_in
 from app.planning.proposals import plan_row
 from app.store import ConversationRow, PlanRow
 from robots.executive.offer import Offer
-from robots.social import ContentError, Term, parse_term
-from robots.social.legs import REJECT, call_of, leg_of, offer_of
-from robots.social.protocols import CONTRACT_NET
-from robots.wire import MAX_CONTENT, BehaviourPacket, BehaviourScript, Performative
+from robots.social import Term, parse_term
+from robots.social.legs import REJECT, leg_of
+from robots.wire import Performative
 from robots.world import BIDS, WorldFile
 
 OPENER = "bids"
-REPLY_S = 2.0
-"""Wall-clock seconds in which a robot is to answer, beside what its radio takes."""
 NO_SPEECH = "no_speech"
 """The state of a robot that does not take calls."""
 
@@ -76,12 +73,12 @@ class PlanBids:
         *,
         speech: SpeechService,
         worlds: Mapping[str, WorldFile],
-        library: Library,
+        calls: LegCalls,
     ) -> None:
         self._core = core
         self._speech = speech
         self._worlds = worlds
-        self._library = library
+        self._calls = calls
         speech.listen(OPENER, self._answered)
 
     def call(self, plan_id: str, *, actor: str) -> Sequence[PartBids]:
@@ -100,10 +97,21 @@ class PlanBids:
                 detail = f"{joined(silent, last='and')} have not answered the last call; read its bids, then call again"
                 raise Conflict(detail, code="bids-called")
             called: dict[str, None] = {}
-            for part in self._parts(session, plan):
+            world = self._worlds[plan.world]
+            for part in self._calls.scripts(session, self._core.plan_nets.of(session, plan.id), world):
                 conversation_id = new_id("call")
-                for robot in self._worlds[plan.world].robots:
-                    if self._call(session, plan, part, robot.name, conversation_id):
+                for robot in world.robots:
+                    if self._calls.call(
+                        session,
+                        world=plan.world,
+                        robot=robot.name,
+                        leg=part.robot,
+                        planned=part.robot,
+                        packets=part.packets,
+                        opener=OPENER,
+                        about=plan.id,
+                        conversation_id=conversation_id,
+                    ):
                         called[robot.name] = None
             self._core.events.append(
                 session, PlanBidsCalled(subject=plan.id, goal=plan.goal_id, actor=actor, robots=tuple(called))
@@ -114,46 +122,6 @@ class PlanBids:
         """What the robots have answered to the last call, by the part's robot; empty if they were not asked."""
         with self._core.database.read() as session:
             return self._read(session, plan_row(session, plan_id))
-
-    def _call(
-        self, session: Session, plan: PlanRow, part: BehaviourScript, robot: str, conversation_id: str
-    ) -> bool:
-        """Call one robot; False if it does not take calls."""
-        content = call_of(part.robot, [_as_of(packet, part.robot, robot) for packet in part.packets])
-        if len(str(content)) > MAX_CONTENT:
-            detail = f"the part of {part.robot} is too long for a call: over {MAX_CONTENT} characters"
-            raise Conflict(detail, code="part-too-long")
-        if self._speech.unheard_reason(plan.world, robot, BIDS):
-            return False
-        self._speech.open(
-            session,
-            world=plan.world,
-            robot=robot,
-            what=BIDS,
-            performative=Performative.CFP,
-            content=content,
-            protocol=CONTRACT_NET,
-            within_s=self._speech.patience_s(plan.world, robot, REPLY_S),
-            opener=OPENER,
-            about=plan.id,
-            conversation_id=conversation_id,
-        )
-        return True
-
-    def _parts(self, session: Session, plan: PlanRow) -> Sequence[BehaviourScript]:
-        world = self._worlds[plan.world]
-        organised = organise(
-            self._core.plan_nets.of(session, plan.id),
-            self._library,
-            {one.name: one.repertoire for one in world.agents},
-            plan.id,
-            self._core.knowledge_base,
-            facts=self._core.facts.facts(session, plan.world),
-        )
-        if isinstance(organised, OrganiserFailure):
-            raise Conflict(organised.reason, code="no-packets")
-        robots = world.robots_by_name
-        return [script for script in organised.scripts if script.robot in robots]
 
     def _answered(self, session: Session, row: ConversationRow) -> None:
         """Reject a bid: the plan keeps its robots."""
@@ -198,16 +166,5 @@ def _part_bids(robot: str, part: _Part) -> PartBids:
 
 
 def _bid(row: ConversationRow) -> RobotBid:
-    heard = last_heard(row)
-    if heard is None or heard[0] is not Performative.PROPOSE:
-        return RobotBid(robot=row.robot, state=row.state, reason=row.reason)
-    try:
-        return RobotBid(robot=row.robot, state=row.state, offer=offer_of(heard[1]))
-    except ContentError as error:
-        return RobotBid(robot=row.robot, state=row.state, reason=str(error))
-
-
-def _as_of(packet: BehaviourPacket, planned: str, robot: str) -> BehaviourPacket:
-    """The packet as another robot would get it: its own name in place of the planned robot's."""
-    arguments = {name: robot if value == planned else value for name, value in packet.arguments.items()}
-    return packet.model_copy(update={"arguments": arguments})
+    offer, reason = offer_in(row)
+    return RobotBid(robot=row.robot, state=row.state, offer=offer, reason=reason)

@@ -1,6 +1,7 @@
 """A goal's planning as a durable workflow: propose a plan, wait until there may be one, or say why there is none."""
 
 from collections.abc import Hashable
+from dataclasses import replace
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -10,21 +11,26 @@ from app.domain.blockers import Blockers
 from app.domain.events import GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles import goal as goal_lifecycle
+from app.domain.lifecycles import tender as tender_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.tender import TenderState
 from app.domain.plan_document import PlanBody
+from app.domain.tender_document import Allocation
 from app.planning.approval import AUTOMATIC, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.waiting_line import Priority
 from app.planning.pool.work import PlanWork, RepairWork, Solution, Solutions, WorkResult
-from app.planning.problem_builder import ProblemBuilder
+from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.proposals import Proposals
+from app.planning.requests import PlanningRequests
+from app.planning.tenders import Tenders, tender_of
 from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, MissionRow, PlanRow
-from planner import KnowledgeBaseError, PlanningStatus
+from planner import KnowledgeBaseError, PlanningRequest, PlanningStatus
 
 
 class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
@@ -43,7 +49,10 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         worker: PlanningWorker,
         limits: PlanningLimits,
         approval: PlanApproval,
+        tenders: Tenders | None = None,
+        requests: PlanningRequests | None = None,
     ) -> None:
+        """:param tenders, requests: None: robots are not called for bids, whatever goals ask for."""
         super().__init__(core, worker=worker)
         self._facts = core.facts
         self._problems = problems
@@ -51,6 +60,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         self._waiting = waiting
         self._limits = limits
         self._approval = approval
+        self._tenders = tenders
+        self._requests = requests
 
     def load(self, session: Session, subject_id: str, *, lock: bool) -> GoalRow:
         return session.get_one(GoalRow, subject_id, with_for_update=lock)
@@ -62,6 +73,12 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         goal = subject
         if goal.state not in goal_lifecycle.TO_BE_PLANNED:
             return None
+        if goal.state != GoalState.PLANNING:
+            self._forget_tender(session, goal)
+        tender = tender_of(goal)
+        is_called = tender is not None and tender.state == TenderState.CALLED
+        if self._tenders is not None and is_called and not self._tenders.is_answered(session, goal):
+            return None  # it is planned once all have answered
         if missions := self._still_open(session, goal):
             goal.releases_seen = self._facts.lock(session, goal.world).releases
             before = goal.waits_for
@@ -88,6 +105,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         built = self._problems.build(session, goal)
         goal.releases_seen = built.releases
         request = self._limits.request(PlanningWish.from_json(goal.limits))
+        if self._tenders is not None and goal.allocation == Allocation.CONTRACT_NET:
+            return self._tendered(session, goal, built, request, self._tenders)
         if expired is None:
             work: PlanWork | RepairWork = PlanWork(problem=built.problem, request=request)
         else:
@@ -99,31 +118,92 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             )
         return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s, replaces=expired)
 
+    def _tendered(
+        self,
+        session: Session,
+        goal: GoalRow,
+        built: GoalProblem,
+        request: PlanningRequest,
+        tenders: Tenders,
+    ) -> PlanningTask:
+        """The goal's first plan, which is not improved, or the plan with what robots have bid."""
+        tender = tender_of(goal)
+        if tender is None:
+            request = replace(request, effort_s=0.0)
+        else:
+            if tender.state == TenderState.CALLED:
+                tender = tenders.close(session, goal, built)
+                goal.tender = tender.model_dump(mode="json")
+            built = replace(
+                built, problem=replace(built.problem, recruits=tenders.recruits(tender, goal.world, built))
+            )
+        work = PlanWork(problem=built.problem, request=request)
+        return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s)
+
+    def _forget_tender(self, session: Session, goal: GoalRow) -> None:
+        if self._tenders is not None and goal.tender is not None:
+            self._tenders.release(session, goal)
+            goal.tender = None
+
     def conclude(
         self, session: Session, subject: GoalRow, task: PlanningTask, result: WorkResult[Solutions]
     ) -> None:
         goal = subject
+        if self._goes_on(session, goal, task, result):
+            return
         if result.answer is not None:
             self._propose(session, goal, task, result.answer[0])
         elif result.waits_for:
+            self._forget_tender(session, goal)
             goal_lifecycle.wait_for(goal, result.waits_for)
             self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             self._waiting.look_again(session, goal)
         else:
-            constraints = task.problem.constraints
-            self._unsolvable(session, goal, result.status, constraints.explaining(result.why))
+            tender = tender_of(goal)
+            declines = () if tender is None else tender.declines
+            why = "; ".join((result.why, *declines))
+            self._unsolvable(session, goal, result.status, task.problem.constraints.explaining(why))
+
+    def _goes_on(
+        self, session: Session, goal: GoalRow, task: PlanningTask, result: WorkResult[Solutions]
+    ) -> bool:
+        """True if the goal is planned once more: with the bids for its first plan, or without awards that have none."""
+        tenders, requests = self._tenders, self._requests
+        if tenders is None or requests is None or goal.allocation != Allocation.CONTRACT_NET:
+            return False
+        tender = tender_of(goal)
+        if tender is None and result.answer is not None:
+            net = result.answer[0].result.plan_net
+            assert net is not None
+            tender = tenders.call(session, goal, net, task.problem)
+            goal_lifecycle.await_bids(goal)
+            if tender.state == TenderState.CENTRAL:
+                requests.plan_with_bids(session, goal)
+        elif tender is not None and tender.state == TenderState.AWARDED and result.answer is None:
+            tender = tender.without_awards()
+            tender_lifecycle.plan_centrally(tender, f"no plan keeps to the awards: {result.why}")
+            requests.plan_with_bids(session, goal)
+        else:
+            return False
+        goal.tender = tender.model_dump(mode="json")
+        return True
 
     def give_up(self, session: Session, subject: GoalRow, reason: str) -> None:
         if subject.state in goal_lifecycle.TO_BE_PLANNED:
             self._unsolvable(session, subject, PlanningStatus.FAILED, reason)
 
     def _unsolvable(self, session: Session, goal: GoalRow, status: PlanningStatus, reason: str) -> None:
+        self._forget_tender(session, goal)
         goal_lifecycle.give_up(goal, outcome=status.value, reason=reason)
         self._events.append(session, GoalUnsolvable(subject=goal.id, reason=reason, status=status.value))
 
     def _propose(self, session: Session, goal: GoalRow, task: PlanningTask, solution: Solution) -> None:
         repairs = task.replaces.repaired_by(solution) if task.replaces else None
-        plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs)
+        tender = tender_of(goal)
+        if self._tenders is not None and tender is not None and solution.result.plan_net is not None:
+            tender = self._tenders.planned(tender, solution.result.plan_net, task.problem)
+            goal.tender = tender.model_dump(mode="json")
+        plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs, tender=tender)
         goal_lifecycle.propose(goal, plan.id, plan.reason)
         self._events.append(session, GoalPlanned(subject=goal.id, plan=plan.id))
         if goal.auto_approve:

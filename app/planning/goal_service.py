@@ -31,11 +31,13 @@ from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
+from app.domain.tender_document import Allocation
 from app.domain.world_model import Facts
 from app.planning.hold_service import HoldService, open_goals
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
+from app.planning.tenders import Tenders
 from app.store import GoalRow, MissionRow
 from app.store.records import lock_goal, page, refuse_removed
 from app.store.standing_holds import standing_holds
@@ -66,6 +68,7 @@ class GoalRequest:
     deadline_s: float | None = None
     auto_approve: bool = False
     recovery: str | None = None
+    allocation: Allocation = Allocation.CENTRAL
     planning: PlanningWish = field(default_factory=PlanningWish)
 
 
@@ -135,6 +138,7 @@ class GoalService:
         holds: HoldService,
         verbs: Verbs | None = None,
         paces: Mapping[str, Callable[[], float | None]] | None = None,
+        tenders: Tenders | None = None,
         wall_clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
@@ -142,6 +146,7 @@ class GoalService:
         :param open_goals: maximum of open goals.
         :param verbs: of sentences; default: those that ship with Macta.
         :param paces: by world, its seconds per wall-clock second now, None: as fast as possible; default: 1.
+        :param tenders: None: robots do not bid for goals.
         :param wall_clock: what times of day in sentences are resolved by, in the machine's time zone.
         """
         self._database = core.database
@@ -157,6 +162,7 @@ class GoalService:
         self._verbs = verbs or shipped_verbs()
         grammar()  # read now, so that the first sentence does not wait for it
         self._paces = paces or {}
+        self._tenders = tenders
         self._wall_clock = wall_clock
 
     def submit(self, request: GoalRequest, *, actor: str, key: str | None = None) -> GoalRow:
@@ -194,6 +200,7 @@ class GoalService:
                 terms={},
                 auto_approve=request.auto_approve,
                 recovery=_policy(request),
+                allocation=request.allocation.value,
                 limits=request.planning.to_json(),
                 state=GoalState.SUBMITTED,
                 reason="",
@@ -415,6 +422,8 @@ class GoalService:
             reason = f"cancelled: {comment}" if comment else "cancelled"
             goal_lifecycle.withdraw(goal, outcome=CANCELLED, reason=reason)
             goal.planning = None
+            if self._tenders is not None:
+                self._tenders.release(session, goal)
             close_plans(session, self._events, goal, PlanState.EXPIRED, "its goal was cancelled")
             self._events.append(session, GoalWithdrawn(subject=goal.id, actor=actor, reason=goal.reason))
             return goal
@@ -476,6 +485,7 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
         deadline_s,
         row.auto_approve,
         row.recovery,
+        row.allocation,
         row.limits,
     ) == (
         request.constraints,
@@ -484,6 +494,7 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
         request.deadline_s,
         request.auto_approve,
         _policy(request),
+        request.allocation,
         request.planning.to_json(),
     )
     if row.world != world.name or not same_wish or not same_terms:

@@ -14,6 +14,7 @@ from app.domain.ids import new_id
 from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody, RepairsBody
+from app.domain.tender_document import TenderBody
 from app.planning.problem_builder import GoalProblem
 from app.store import GoalRow, PlanRow
 from app.store.durations import key_of
@@ -42,11 +43,14 @@ class Proposals:
         result: PlanningResult,
         built: GoalProblem,
         repairs: RepairsBody | None = None,
+        *,
+        tender: TenderBody | None = None,
     ) -> PlanRow:
         """Record a solution as a proposed plan of the goal.
 
         :param built: the problem that it solves.
         :param repairs: the plan that it replaces, if it repairs one.
+        :param tender: the bids that it was made by, if robots have bid.
         :raises ValueError: if the result is not a solution.
         :raises BrokenConstraints: if the plan breaks the goal's constraints.
         """
@@ -63,6 +67,7 @@ class Proposals:
             state=PlanState.PROPOSED,
             world_version=built.world_version,
             repairs=repairs,
+            tender=tender,
         )
         plan = PlanRow(
             id=plan_id,

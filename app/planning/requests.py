@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.events import GoalSubmitted, MissionNoRepair, MissionRecoveryBegun
+from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState
@@ -41,6 +42,10 @@ class PlanningRequests:
             session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor, reason=goal.reason)
         )
         self._queues.put(session, goal, Priority.GOAL, PLAN_GOAL, f"{goal.id}:{goal.attempts}", goal.id)
+
+    def plan_with_bids(self, session: Session, goal: GoalRow) -> None:
+        """Have a goal planned on whose first plan robots were called for proposals."""
+        self._queues.put(session, goal, Priority.GOAL, PLAN_GOAL, new_id("bids"), goal.id)
 
     def plan_again(self, session: Session, goal: GoalRow, reason: str) -> None:
         """Have a goal planned again whose plan has expired."""

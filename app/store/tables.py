@@ -296,7 +296,8 @@ class GoalRow(Base):
     `releases_seen`: the world's `releases` at its last planning; `limits`: the requested planning options; `planning`:
     the progress while planning runs; `stop_requested`: planning is to end with the best plan so far; `alternatives`:
     the state of the search for alternatives; `waits_for`: the blockers that a waiting goal waits for; `terms`: its
-    constraints, and how its sentence was read.
+    constraints, and how its sentence was read; `allocation`: how its robots are chosen; `tender`: the bids for it, see
+    `app.domain.tender_document`.
     """
 
     __tablename__ = "goals"
@@ -321,6 +322,8 @@ class GoalRow(Base):
     alternatives: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     waits_for: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), info=UNLISTED)
     terms: Mapped[dict[str, Any]] = mapped_column(default=dict)
+    allocation: Mapped[str] = mapped_column(default="central", server_default="central")
+    tender: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), info=UNLISTED)
     plan_id: Mapped[str | None]
     mission_id: Mapped[str | None]
     created_by: Mapped[str]

@@ -56,6 +56,8 @@ class PlanningProblem:
     the zones for one agent at a time that the way from one place to another enters or leaves (`planner.problem.zones`).
     `senses`: what robots perceive, of those that do not perceive all that is sensed; it decides what keeps orderings.
     `access`: the states of doors, hatches and lifts that ways and places ask for (`planner.problem.access`).
+    `recruits`: by goal, the robots that may be recruited for it, where not all may; the hierarchical engine alone keeps
+    to it, and others may still make way.
     """
 
     objects: Mapping[str, str]
@@ -69,6 +71,7 @@ class PlanningProblem:
     crossings: Mapping[tuple[str, str], tuple[Crossing, ...]] = field(default_factory=dict)
     senses: Senses = field(default_factory=dict)
     access: Access = field(default_factory=Access)
+    recruits: Mapping[Fact, frozenset[str]] = field(default_factory=dict)
 
     @property
     def zones(self) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""Classes of interchangeable robots: same abilities, senses, reach and speed.
+"""Classes of interchangeable robots: same abilities, senses, reach and speed, recruited for the same goals.
 
 Objects of one agent alone do not distinguish it: an agent's *own* objects are those that static facts name with no
 other agent, that no goal names, and that no present fact names except for where agents are and whether the way is clear
@@ -85,6 +85,9 @@ def _said_of(
     for agent, words in problem.senses.items():
         if agent in known:
             said[agent].add(words)
+    for goal, those in problem.recruits.items():
+        for agent in known & those:
+            said[agent].add(("recruited", goal))
     for (name, args), value in problem.functions.items():
         for agent in known.intersection(args):
             said[agent].add((Fact(name, args).renamed({agent: ANYONE}), value))

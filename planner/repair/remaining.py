@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from planner.engines.peripherals import attend
 from planner.engines.plan_net_completion import complete_plan_net, confirm
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
+from planner.explanation.purpose import purposes
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.extraction import fault_of
@@ -46,7 +47,8 @@ class Remaining:
 
     `problem`: the one that plan-nets from now on solve, with the facts as of the start of what is under way, without
     the static facts of lost robots. `actions`: as in the plan-net. `under_way` and `rest`: as the knowledge base
-    grounds them now, in an order of the plan-net; `rest` lacks those that it can no longer ground.
+    grounds them now, in an order of the plan-net; `rest` lacks those that it can no longer ground, and those
+    of robots that are no longer recruited for their goals.
     """
 
     def __init__(
@@ -64,7 +66,12 @@ class Remaining:
         self.progress = progress
         able = StaticFacts(knowledge_base, problem).without(progress.lost)
         self.actions = tuple(a for a in linearisation(plan_net) if a.id not in progress.done)
-        left = [(a, ground) for a in self.actions if (ground := self._ground(a, able)) is not None]
+        barred = _barred(plan_net, problem, knowledge_base) - progress.under_way.keys()
+        left = [
+            (a, ground)
+            for a in self.actions
+            if a.id not in barred and (ground := self._ground(a, able)) is not None
+        ]
         self.under_way = tuple(
             _begun(ground, progress.under_way[action.id])
             for action, ground in left
@@ -131,6 +138,19 @@ def _begun(action: GroundAction, left_s: float) -> GroundAction:
         duration_s=seconds,
         distance_m=round(share * action.distance_m, 3),
         energy_j=round(share * action.energy_j, 3),
+    )
+
+
+def _barred(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> frozenset[str]:
+    """The actions by robots that may no longer be recruited for the goal that they serve."""
+    if not problem.recruits:
+        return frozenset()
+    served = purposes(plan_net, knowledge_base)
+    return frozenset(
+        action.id
+        for action in plan_net.actions
+        for goal in served[action.id].goals[:1]
+        if goal in problem.recruits and not problem.recruits[goal].issuperset(action.agents)
     )
 
 

@@ -87,7 +87,16 @@ class FakeRobot:
     heard: list[tuple[str, str, str]] = field(default_factory=list)
     """Performative, content and speaker of what was said to it, each once."""
     says: dict[str, list[tuple[Performative, str]]] = field(default_factory=dict)
-    """What it answers, one after the other, by the name of the content's term; else nothing."""
+    """What it answers, one after the other, by the name of the content's term, or its beginning, `leg(leg_1`; else
+    nothing.
+    """
+
+    def answer_to(self, content: str) -> list[tuple[Performative, str]]:
+        named = self.says.get(content.partition("(")[0])
+        begun = (
+            answers for start, answers in self.says.items() if "(" in start and content.startswith(start)
+        )
+        return next(begun, []) if named is None else named
 
 
 @dataclass
@@ -240,7 +249,7 @@ class FakeTeam:
         """Answer what is said once, and its repetitions by the last answer."""
         if message.id not in robot.answers:
             robot.heard.append((message.performative.value, act.content, act.speaker))
-        for performative, content in robot.says.get(act.content.partition("(")[0], ()):
+        for performative, content in robot.answer_to(act.content):
             body = act.model_copy(update={"content": content, "speaker": ""})
             answer = self._message(message.receiver, performative, body, message.id)
             robot.answers[message.id] = answer

@@ -23,6 +23,7 @@ __all__ = [
     "NOT_UNDERSTOOD",
     "TIMED_OUT",
     "OutOfProtocol",
+    "ask_again",
     "can_say",
     "cancel",
     "drop",
@@ -102,6 +103,11 @@ def stop_repeating(talk: Talk) -> None:
     """The robot is known to have heard what was said last, unless that ended the conversation."""
     if not talk.is_over:
         talk.is_due = False
+
+
+def ask_again(talk: Talk) -> None:
+    """Repeat what was said last, unless the conversation has ended: its answer may have been lost."""
+    talk.is_due = talk.is_due or not talk.is_over
 
 
 def time_out(talk: Talk, reason: str) -> None:

@@ -14,7 +14,7 @@ class GoalState(StrEnum):
     SUBMITTED = "submitted"
     """Queued for planning, for the first time or, with a reason, again."""
     PLANNING = "planning"
-    """A planning process works on it."""
+    """A planning process works on it, or robots bid for the legs of its first plan: then the reason says so."""
     WAITING = "waiting"
     """There is no plan now; it is planned again when something in its world becomes free. The reason names it."""
     PLANNED = "planned"
@@ -45,7 +45,7 @@ _TRANSITIONS: Mapping[GoalState, tuple[GoalState, ...]] = {
         GoalState.WITHDRAWN,
     ),
     GoalState.PLANNING: (
-        GoalState.PLANNING,  # another process has taken its planning over
+        GoalState.PLANNING,  # another process has taken its planning over, or robots have bid
         GoalState.WAITING,
         GoalState.PLANNED,
         GoalState.UNSOLVABLE,
@@ -90,6 +90,11 @@ def resubmit(goal: Goal, reason: str) -> None:
 
 def begin_planning(goal: Goal) -> None:
     _change(goal, GoalState.PLANNING)
+
+
+def await_bids(goal: Goal) -> None:
+    """Have the goal planned once robots have bid for the legs of its first plan."""
+    _change(goal, GoalState.PLANNING, "robots are called for proposals")
 
 
 def wait(goal: Goal, reason: str) -> None:

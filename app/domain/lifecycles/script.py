@@ -26,6 +26,11 @@ class Delivery(StrEnum):
     """It is no longer to be carried out: its mission or its world has ended, or it was cancelled on the way."""
 
 
+def script_id(mission_id: str, robot: str, revision: int) -> str:
+    """The id of the robot's script for a mission's plan. :param revision: counts the mission's plans from 1."""
+    return f"{mission_id}-{robot}" + (f"-{revision}" if revision > 1 else "")
+
+
 DELIVERABLE = (Delivery.PENDING, Delivery.ACKNOWLEDGED)
 """The deliveries of a script that its robot may carry out."""
 TERMINAL_SCRIPTS = frozenset({ScriptState.FINISHED, ScriptState.FAILED, ScriptState.CANCELLED})

@@ -4,7 +4,7 @@ Everything here is picklable, as it passes between the service and a planning pr
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Generic, TypeAlias, TypeVar
 
@@ -87,7 +87,7 @@ class PlanWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairWork:
-    """Repair a plan, parts of which may be done."""
+    """Repair a plan, parts of which may be done; with any robots, if those awarded its goals have no plan."""
 
     knowledge_base: KnowledgeBase
     plan_net: PlanNet
@@ -96,10 +96,15 @@ class RepairWork:
     progress: MissionProgress = field(default=NOT_BEGUN)
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
-        repaired = repair(
-            engine, self.knowledge_base, self.plan_net, self.problem, self.progress, self.request, observer
-        )
+        repaired = self._repaired(engine, observer, self.problem)
+        if repaired.plan_net is None and self.problem.recruits:
+            repaired = self._repaired(engine, observer, replace(self.problem, recruits={}))
         return _of_result(repaired.result, repaired)
+
+    def _repaired(self, engine: PlanningEngine, observer: Observer, problem: PlanningProblem) -> Repair:
+        return repair(
+            engine, self.knowledge_base, self.plan_net, problem, self.progress, self.request, observer
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

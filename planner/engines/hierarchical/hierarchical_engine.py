@@ -1,7 +1,7 @@
 """The hierarchical engine behind the `PlanningEngine` seam (MACTA §6 asks for one; §4: planning and scheduling
 intertwined)."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
 
@@ -130,6 +130,10 @@ class _Run:
     def _classified(self) -> ClassifiedProblem:
         return ClassifiedProblem(self._base, self._problem)
 
+    @cached_property
+    def _peripherals(self) -> Collection[str]:
+        return StaticFacts(self._base, self._problem).peripherals
+
     def outcome(self) -> Outcome:
         problem = self._problem
         if contradicting_goals(self._base, problem):
@@ -147,7 +151,7 @@ class _Run:
 
         @cache
         def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> tuple[Fragment, ...]:
-            return known(facts).alternatives(goals, levels=levels, is_over=is_over)
+            return known(self._recruiting(facts, goals)).alternatives(goals, levels=levels, is_over=is_over)
 
         finder = TaskFinder(self._classified, find)
         if self._request.effort_s != 0.0:
@@ -165,10 +169,24 @@ class _Run:
         if sequence is None and (chain := finder.chain()) is not None:
             sequence = self._composed(chain.tasks) or chain.actions
             sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
-        if sequence is None and 1 < len(problem.goals) <= MAX_GOALS_TOGETHER:
+        if sequence is None and 1 < len(problem.goals) <= MAX_GOALS_TOGETHER and not problem.recruits:
             whole = find(problem.facts, problem.goals)
             sequence = whole[0].actions if whole else None
         return self._none(tasks) if sequence is None else self.finished(sequence)
+
+    def _recruiting(self, facts: frozenset[Fact], goals: Goals) -> frozenset[Fact]:
+        """The facts without the static ones about robots that are not recruited for any of these goals.
+
+        Robots of a class are recruited for the same goals, so that scheduling keeps to what fragments have.
+        """
+        recruits = self._problem.recruits
+        if not recruits or not all(goal in recruits for goal in goals):
+            return facts
+        allowed = frozenset[str]().union(*(recruits[goal] for goal in goals))
+        others = self._classified.agents - allowed - frozenset(self._peripherals)
+        return frozenset(
+            fact for fact in facts if fact.predicate in self._base.fluents or others.isdisjoint(fact.args)
+        )
 
     def _in_order(self, arranged: Arranged) -> Sequence[GroundAction] | None:
         """The moves as they are ordered, without stops and not improved; None if that is no plan."""

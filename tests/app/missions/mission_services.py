@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 
 from app.agents import RobotBoard
 from app.agents.agent_models import Reception
+from app.agents.speech import SpeechService
 from app.core import Core
 from app.domain.mission_organiser import Library, Margin, load_library
 from app.domain.world_model.senses import restricted_senses
@@ -27,12 +28,14 @@ from app.missions.world_set import FileChecks
 from app.missions.world_start import start_world_run
 from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
+from app.planning.leg_calls import LegCalls
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import Solution, Solutions, WorkResult
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
+from app.planning.tenders import Tenders
 from app.planning.waiting_goals import WaitingGoals
 from app.store import Database, GoalRow, MissionRow, ScriptRow
 from app.store.editions import WorldDirectory
@@ -83,8 +86,12 @@ class MissionServices:
         wall_clock: SteppedClock,
         silent: Mapping[str, bool],
         worker: PlanningWorker | None = None,
+        speech: Callable[[Core], SpeechService] | None = None,
     ) -> None:
-        """:param silent: the robots that are silent for longer than their radio explains."""
+        """
+        :param silent: the robots that are silent for longer than their radio explains.
+        :param speech: with it, robots bid for goals with the allocation `contract_net`.
+        """
         self._clock = clock
         self.database = Database(database_url)
         self.store = store
@@ -104,7 +111,14 @@ class MissionServices:
         self.board = RobotBoard.of(files, clocks=clocks, low_battery=0.1)
         self.waiting = WaitingGoals(self.core)
         requests = PlanningRequests(self.core, clocks=clocks)
-        self.plans = PlanApproval(self.core, margin=Margin(), requests=requests, worlds=files)
+        self.tenders: Tenders | None = None
+        if speech is not None:
+            spoken = speech(self.core)
+            calls = LegCalls(self.core, speech=spoken, library=library)
+            self.tenders = Tenders(self.core, speech=spoken, worlds=files, calls=calls, requests=requests)
+        self.plans = PlanApproval(
+            self.core, margin=Margin(), requests=requests, worlds=files, tenders=self.tenders
+        )
         self._engine = ScriptedEngine(plan_net)
         planning: dict[str, Any] = {
             "problems": ProblemBuilder(
@@ -118,8 +132,9 @@ class MissionServices:
             "worker": worker or ScriptedWorker(plan_net),
             "limits": PlanningLimits(),
             "approval": self.plans,
+            "tenders": self.tenders,
         }
-        self._goals = GoalPlanningJob(self.core, waiting=self.waiting, **planning)
+        self._goals = GoalPlanningJob(self.core, waiting=self.waiting, requests=requests, **planning)
         self.recovery = RecoveryJob(
             self.core,
             clocks=clocks,
@@ -161,12 +176,18 @@ class MissionServices:
             recovery=RecoverySteps(events, requests=requests),
             waiting=self.waiting,
             silent_in_s=lambda robot: 0.0 if silent.get(robot) else inf,
+            tenders=self.tenders,
             clock=wall_clock,
         )
 
     def start_world(self, run: str = "run-1") -> None:
         with self.database.write() as session:
             start_world_run(session, self.core, self.store.world, run)
+
+    def plan_once(self, goal_id: str) -> GoalRow:
+        """What the goal's durable job does; the goal after it."""
+        self._goals.plan_once(goal_id)
+        return self.read(lambda session: session.get_one(GoalRow, goal_id))  # type: ignore[no-any-return]
 
     def plan(self, goal_id: str = "goal-1", *, recovery: str = "ask", deadline_s: float | None = None) -> str:
         """Submit and plan the main job; the plan's id."""

@@ -76,7 +76,9 @@ class _Steps:
         )
         if start == end:
             return True
-        legs = next(self._ways(start, end), ())
+        allowed = self.problem.recruits.get(goal, frozenset(self.at))
+        ways = (way for way in self._ways(start, end) if allowed.issuperset(robot for robot, _, _ in way))
+        legs = next(ways, ())
         for robot, source, target in legs:
             self._carry(robot, sample, source, target)
         return bool(legs)

@@ -8,6 +8,7 @@ from app.agents.speech import Speech, SpeechService
 from app.domain.errors import Conflict
 from app.domain.mission_organiser import load_library
 from app.planning.bids import NO_SPEECH, PlanBids
+from app.planning.leg_calls import LegCalls
 from app.store import EventRow, PlanRow
 from robots.clock import ManualClock
 from robots.wire import Message, SpeechAct
@@ -42,7 +43,7 @@ class Auction:
             self.services.core,
             speech=self.speech,
             worlds={WORLD: world},
-            library=load_library(store.base),
+            calls=LegCalls(self.services.core, speech=self.speech, library=load_library(store.base)),
         )
         self.plan = self.services.plan()
 

@@ -1,0 +1,374 @@
+"""Goals whose robots are chosen by contract net (FIPA SC00029): legs put to tender, awards, and what becomes of them.
+
+MACTA §4: planning may communicate with agents. A first plan names the legs; every robot that speaks bids is called for
+each; the bids say who is recruited for which goal when it is planned again. All of it is in the database: the
+conversations, the goal's tender, and the job that plans once all have answered, so a restart loses nothing.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from app.agents.speech import SpeechService
+from app.core import Core
+from app.domain.errors import Conflict
+from app.domain.events import GoalBidsCalled
+from app.domain.ids import new_id
+from app.domain.lifecycles import tender as tender_lifecycle
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.script import script_id
+from app.domain.lifecycles.tender import TenderState
+from app.domain.plan_document import PlanBody
+from app.domain.tender_document import BidBody, BidState, LegBody, OfferBody, PartBody, TenderBody
+from app.domain.world_model.beliefs import CAN
+from app.domain.world_model.vocabulary import planner_fact, symbolic
+from app.planning.leg_calls import LegCalls, offer_in
+from app.planning.problem_builder import GoalProblem
+from app.planning.proposals import plan_row
+from app.planning.requests import PlanningRequests
+from app.store import ConversationRow, GoalRow, MissionRow
+from planner import Fact, PlanNet
+from planner.explanation.legs import PlanLeg, legs_in
+from robots.social import Term, parse_term
+from robots.social.legs import AWARD, REJECT
+from robots.social.protocols import ContractNetState
+from robots.wire import BehaviourPacket, Performative
+from robots.world import WorldFile
+
+OPENER = "tenders"
+AGAIN = "awards"
+"""The opener of calls for legs that the caller has decided on: their bids are accepted at once."""
+LAST_WORD_S = 5.0
+"""How long after a mission's end its robots have to say how their legs have ended (wall clock)."""
+
+
+class Tenders:
+    """Puts legs to tender, awards them, and has goals planned with the awards."""
+
+    def __init__(
+        self,
+        core: Core,
+        *,
+        speech: SpeechService,
+        worlds: Mapping[str, WorldFile],
+        calls: LegCalls,
+        requests: PlanningRequests,
+    ) -> None:
+        self._core = core
+        self._speech = speech
+        self._worlds = worlds
+        self._calls = calls
+        self._requests = requests
+        speech.listen(OPENER, self._answered)
+        speech.listen(AGAIN, self._award_at_once)
+
+    def call(self, session: Session, goal: GoalRow, net: PlanNet, built: GoalProblem) -> TenderBody:
+        """Call all robots of the goal's world for the legs of its first plan; nobody, if there is nothing to award."""
+        legs = self._legs(net, built)
+        tender = TenderBody(attempt=goal.attempts)
+        try:
+            packets = self._packets(session, net, goal.world)
+        except Conflict as conflict:
+            tender_lifecycle.plan_centrally(tender, conflict.detail)
+            return tender
+        called: dict[str, None] = {}
+        bodies = []
+        for number, leg in enumerate(legs, start=1):
+            name = f"leg_{number}"
+            parts = []
+            for planned, actions in leg.actions.items():
+                conversation_id = new_id("call")
+                mine = [packets[planned, action.id] for action in actions]
+                heard = self._call_all(session, goal, name, planned, mine, conversation_id)
+                called.update(dict.fromkeys(heard))
+                tags = tuple(action.tag for action in actions)
+                parts.append(PartBody(robot=planned, tags=tags, conversation=conversation_id))
+            of = symbolic(leg.goal, self._core.knowledge_base)
+            bodies.append(LegBody(id=name, goal=of, parts=tuple(parts)))
+        tender.legs = tuple(bodies)
+        if not called:
+            why = (
+                "no robot of the world takes calls"
+                if legs
+                else "the plan has no leg that another robot could do"
+            )
+            tender_lifecycle.plan_centrally(tender, why)
+            return tender
+        event = GoalBidsCalled(
+            subject=goal.id, robots=tuple(called), legs=tuple(leg.id for leg in tender.legs)
+        )
+        self._core.events.append(session, event)
+        return tender
+
+    def is_answered(self, session: Session, goal: GoalRow) -> bool:
+        """True once every called robot has bid, declined or let its time pass."""
+        tender = tender_of(goal)
+        ids = () if tender is None else tender.conversations
+        states = select(ConversationRow.state, ConversationRow.is_over).where(ConversationRow.id.in_(ids))
+        return all(
+            is_over or state == ContractNetState.PROPOSED for state, is_over in session.execute(states)
+        )
+
+    def close(self, session: Session, goal: GoalRow, built: GoalProblem) -> TenderBody:
+        """The tender with what was bid, and the awards."""
+        tender = tender_of(goal)
+        assert tender is not None
+        bids = {
+            part.conversation: self._bids(session, goal.world, part, built)
+            for leg in tender.legs
+            for part in leg.parts
+        }
+        tender = tender.with_bids(bids)
+        if not tender.has_bids and not _some_decline(tender):
+            tender_lifecycle.plan_centrally(tender, "no robot has answered the calls in time")
+            return tender
+        tender = tender.allocated()
+        tender_lifecycle.award(tender)
+        return tender
+
+    def recruits(self, tender: TenderBody, world: str, built: GoalProblem) -> Mapping[Fact, frozenset[str]]:
+        """By goal, who may be recruited for it."""
+        base = self._core.knowledge_base
+        objects = built.problem.objects
+        robots = self._worlds[world].robots_by_name
+        return {planner_fact(goal, base, objects): those for goal, those in tender.recruits(robots).items()}
+
+    def planned(self, tender: TenderBody, net: PlanNet, built: GoalProblem) -> TenderBody:
+        """The tender with which of its awards the plan keeps."""
+        teams: dict[Fact, set[str]] = {}
+        for leg in self._legs(net, built):
+            teams.setdefault(leg.goal, set()).update(leg.team)
+        base = self._core.knowledge_base
+        return tender.as_planned({symbolic(goal, base): frozenset(team) for goal, team in teams.items()})
+
+    def release(self, session: Session, goal: GoalRow, *, beside: Collection[tuple[str, str]] = ()) -> None:
+        """Reject all open bids for the goal's legs, and give up the calls that are not answered.
+
+        :param beside: the conversations, and the robots in them, to leave alone.
+        """
+        query = select(ConversationRow).where(
+            ConversationRow.world == goal.world,
+            ConversationRow.about == goal.id,
+            ConversationRow.opener == OPENER,
+            ConversationRow.is_over.is_(False),
+        )
+        for row in session.scalars(query.with_for_update()):
+            if (row.id, row.robot) in beside:
+                continue
+            if row.state == ContractNetState.PROPOSED:
+                self._speech.say(session, row, Performative.REJECT_PROPOSAL, Term(REJECT, (_leg_of(row),)))
+            else:
+                self._speech.cancel(row, "the goal no longer needs bids")
+
+    def award(self, session: Session, goal: GoalRow, mission: MissionRow, tender: TenderBody | None) -> None:
+        """Accept the winners' bids with the scripts by which they are to do the legs, and reject the others.
+
+        A plan that replaces another has new scripts: its legs' robots are called again, and each bid is accepted.
+        """
+        legs = () if tender is None else [leg for leg in tender.legs if leg.is_planned]
+        if mission.revision > 1:
+            self._award_again(session, mission, legs)
+            return
+        won = {
+            (part.conversation, robot): leg
+            for leg in legs
+            for part, robot in zip(leg.parts, leg.team, strict=True)
+        }
+        for (conversation, robot), leg in won.items():
+            row = session.get(ConversationRow, (conversation, robot), with_for_update=True)
+            if row is not None and row.state == ContractNetState.PROPOSED:
+                row.about = mission.id
+                self._accept(session, row, leg.id, mission)
+        self.release(session, goal, beside=won)
+
+    def settle(self, session: Session, mission: MissionRow) -> None:
+        """Have robots that have not said how their legs have ended say it: their answer may have been lost."""
+        for row in self._awarded(session, mission.id):
+            self._speech.ask_again(row, wall_s=LAST_WORD_S)
+
+    def of_plan(self, plan_id: str) -> TenderBody:
+        """The plan's tender, with what has become of the bids.
+
+        :raises Conflict: if its goal was not put to tender.
+        """
+        with self._core.database.read() as session:
+            plan = plan_row(session, plan_id)
+            tender = PlanBody.model_validate(plan.body).tender
+            if tender is None:
+                detail = f"the robots of plan {plan_id} were chosen by planning alone; its goal was not put to tender"
+                raise Conflict(detail, code="not-tendered")
+            query = select(ConversationRow.id, ConversationRow.robot, ConversationRow.state)
+            rows = session.execute(query.where(ConversationRow.id.in_(tender.conversations)))
+            states = {(conversation, robot): state for conversation, robot, state in rows}
+        return tender.with_bids(
+            {
+                part.conversation: [
+                    bid.model_copy(update={"outcome": states.get((part.conversation, bid.robot), "")})
+                    for bid in part.bids
+                ]
+                for leg in tender.legs
+                for part in leg.parts
+            }
+        )
+
+    def _legs(self, net: PlanNet, built: GoalProblem) -> Sequence[PlanLeg]:
+        """The legs that other robots could do: a robot that its goal names has no rivals."""
+        legs = legs_in(net, built.problem, self._core.knowledge_base)
+        return [leg for leg in legs if not set(leg.team).intersection(leg.goal.args)]
+
+    def _packets(
+        self, session: Session, net: PlanNet, world: str
+    ) -> Mapping[tuple[str, str], BehaviourPacket]:
+        """By robot and action."""
+        scripts = self._calls.scripts(session, net, self._worlds[world])
+        return {(script.robot, packet.id): packet for script in scripts for packet in script.packets}
+
+    def _call_all(
+        self,
+        session: Session,
+        goal: GoalRow,
+        leg: str,
+        planned: str,
+        packets: Sequence[BehaviourPacket],
+        conversation_id: str,
+    ) -> Sequence[str]:
+        """The robots that take the call."""
+        return [
+            robot.name
+            for robot in self._worlds[goal.world].robots
+            if self._calls.call(
+                session,
+                world=goal.world,
+                robot=robot.name,
+                leg=leg,
+                planned=planned,
+                packets=packets,
+                opener=OPENER,
+                about=goal.id,
+                conversation_id=conversation_id,
+            )
+        ]
+
+    def _answered(self, session: Session, row: ConversationRow) -> None:
+        """Have the goal planned once all have answered."""
+        goal = session.get(GoalRow, row.about)
+        tender = None if goal is None else tender_of(goal)
+        if (
+            goal is None
+            or tender is None
+            or goal.state != GoalState.PLANNING
+            or tender.state != TenderState.CALLED
+            or row.id not in tender.conversations
+        ):
+            if row.state == ContractNetState.PROPOSED:
+                self._speech.say(session, row, Performative.REJECT_PROPOSAL, Term(REJECT, (_leg_of(row),)))
+            return
+        self._speech.take_time(row)
+        session.flush()
+        # Of two last answers at once one would not see the other.
+        self._core.database.lock(session, f"tender {goal.id}")
+        if self.is_answered(session, goal):
+            self._requests.plan_with_bids(session, goal)
+
+    def _bids(self, session: Session, world: str, part: PartBody, built: GoalProblem) -> Sequence[BidBody]:
+        rows = {
+            row.robot: row
+            for row in session.scalars(select(ConversationRow).where(ConversationRow.id == part.conversation))
+        }
+        return [
+            _bid(robot.name, rows.get(robot.name), self._withheld(robot.name, part, built))
+            for robot in self._worlds[world].robots
+        ]
+
+    def _withheld(self, robot: str, part: PartBody, built: GoalProblem) -> str:
+        """Why planning does not recruit the robot for the part; empty if it does."""
+        able = {
+            fact.args[1] for fact in built.problem.facts if fact.predicate == CAN and fact.args[0] == robot
+        }
+        if able.issuperset(part.tags):
+            return ""
+        return built.withheld.robots.get(
+            robot, "a mission, its constraints or its repertoire stand against it"
+        )
+
+    def _accept(self, session: Session, row: ConversationRow, leg: str, mission: MissionRow) -> None:
+        award = Term(AWARD, (leg, script_id(mission.id, row.robot, mission.revision)))
+        self._speech.say(session, row, Performative.ACCEPT_PROPOSAL, award)
+
+    def _award_again(self, session: Session, mission: MissionRow, legs: Sequence[LegBody]) -> None:
+        """Call the robots of a repaired plan's legs; the awards of the plan before end with its scripts."""
+        for row in self._awarded(session, mission.id):
+            self._speech.cancel(row, "a repaired plan has taken the place of its script")
+        net = self._core.plan_nets.of(session, mission.plan_id)
+        scripts = {one.robot: one for one in self._calls.scripts(session, net, self._worlds[mission.world])}
+        for leg in legs:
+            for robot in leg.team:
+                script = scripts.get(robot)
+                mine = [] if script is None else _about(script.packets, leg.goal.args)
+                if mine:
+                    self._calls.call(
+                        session,
+                        world=mission.world,
+                        robot=robot,
+                        leg=leg.id,
+                        planned=robot,
+                        packets=mine,
+                        opener=AGAIN,
+                        about=mission.id,
+                        conversation_id=new_id("call"),
+                    )
+
+    def _award_at_once(self, session: Session, row: ConversationRow) -> None:
+        mission = session.get(MissionRow, row.about)
+        if row.is_over or row.state != ContractNetState.PROPOSED:
+            return
+        if mission is None or mission.ended_at_s is not None:
+            self._speech.say(session, row, Performative.REJECT_PROPOSAL, Term(REJECT, (_leg_of(row),)))
+            return
+        self._accept(session, row, _leg_of(row), mission)
+        self._speech.take_time(row)
+
+    def _awarded(self, session: Session, mission_id: str) -> Sequence[ConversationRow]:
+        query = select(ConversationRow).where(
+            ConversationRow.about == mission_id,
+            ConversationRow.opener.in_((OPENER, AGAIN)),
+            ConversationRow.is_over.is_(False),
+        )
+        return session.scalars(query.with_for_update()).all()
+
+
+def tender_of(goal: GoalRow) -> TenderBody | None:
+    """The goal's tender; None if it has none, or one of an earlier attempt."""
+    if goal.tender is None:
+        return None
+    tender = TenderBody.model_validate(goal.tender)
+    return tender if tender.attempt == goal.attempts else None
+
+
+def _some_decline(tender: TenderBody) -> bool:
+    return any(
+        bid.state is BidState.DECLINED for leg in tender.legs for part in leg.parts for bid in part.bids
+    )
+
+
+def _bid(robot: str, row: ConversationRow | None, withheld: str) -> BidBody:
+    if row is None:
+        return BidBody(robot=robot, state=BidState.UNCALLED, reason="it does not speak bids")
+    offer, reason = offer_in(row)
+    if offer is None:
+        declined = row.state == ContractNetState.REFUSED
+        return BidBody(robot=robot, state=BidState.DECLINED if declined else BidState.SILENT, reason=reason)
+    made = OfferBody.model_validate(offer)
+    state = BidState.WITHHELD if withheld else BidState.OFFERED
+    return BidBody(robot=robot, state=state, offer=made, reason=withheld)
+
+
+def _leg_of(row: ConversationRow) -> str:
+    """The leg that the robot was called for."""
+    return parse_term(row.said[0]["content"]).words[0]
+
+
+def _about(packets: Sequence[BehaviourPacket], things: Collection[str]) -> list[BehaviourPacket]:
+    """The packets that handle one of the things."""
+    return [packet for packet in packets if not set(things).isdisjoint(packet.arguments.values())]

@@ -1,0 +1,199 @@
+"""Robots bid for the legs of a goal's first plan; it is planned with the cheapest bidders, who are then awarded."""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from app.domain.tender_document import BidState, LegBody
+from app.store import ConversationRow, EventRow
+from robots.social import parse_term
+from robots.world import WorldFile
+from tests.app.planning.tendering import GOAL, Tendering
+
+STORED = "in(sample_1, bay_7)"
+EVERYONE = ("yard_1", "yard_2", "store_1", "store_2")
+Tender = Callable[[WorldFile], Tendering]
+
+
+@pytest.fixture
+def among(database_url: str) -> Iterator[Tender]:
+    """A tendering among the robots of a world."""
+    made: list[Tendering] = []
+
+    def make(world: WorldFile) -> Tendering:
+        made.append(Tendering(database_url, world))
+        return made[-1]
+
+    yield make
+    for one in made:
+        one.close()
+
+
+@pytest.fixture
+def tendering(among: Tender, world_file: WorldFile) -> Tendering:
+    return among(world_file)
+
+
+def changed(world: WorldFile, name: str, **changes: object) -> WorldFile:
+    robots = [one.model_copy(update=changes) if one.name == name else one for one in world.robots]
+    return world.model_copy(update={"robots": tuple(robots)})
+
+
+def states(leg: LegBody) -> dict[str, BidState]:
+    return {bid.robot: bid.state for bid in leg.parts[0].bids}
+
+
+def told(tendering: Tendering, performative: str) -> list[str]:
+    return sorted(robot for robot, said in tendering.heard.values() if said == performative)
+
+
+def accepted(row: ConversationRow) -> str:
+    """The award that was said in a conversation."""
+    return next(str(one["content"]) for one in row.said if one["performative"] == "accept-proposal")
+
+
+def robots_of_plan(tendering: Tendering) -> list[str]:
+    plan_id = tendering.goal().plan_id
+    assert plan_id is not None
+    robots: list[str] = tendering.services.plans.get(plan_id).body["robots"]
+    return robots
+
+
+def test_a_goal_is_planned_with_the_robots_whose_bids_are_cheapest(tendering: Tendering) -> None:
+    goal = tendering.submit(STORED)
+    assert (goal.state, goal.reason) == ("planning", "robots are called for proposals")
+    tendering.run(1.0)
+    assert tendering.services.plan_once(GOAL).state == "planned"
+    yard, store = tendering.tender.legs
+    assert states(yard) == {
+        "yard_1": BidState.OFFERED,
+        "yard_2": BidState.OFFERED,
+        "store_1": BidState.DECLINED,
+        "store_2": BidState.DECLINED,
+    }
+    assert (yard.team, store.team, store.is_planned) == (("yard_1",), ("store_2",), True)
+    assert yard.why.startswith("yard_1 asks 30 s, the next best, yard_2, 3")
+    assert "bay_7 is not a place that yard_1 knows" in store.parts[0].bids[0].reason
+    plan = tendering.services.plans.get(tendering.goal().plan_id or "").body
+    assert [leg["team"] for leg in plan["tender"]["legs"]] == [["yard_1"], ["store_2"]]
+
+
+def test_a_robots_own_state_decides_where_planning_alone_would_not_know(
+    among: Tender, world_file: WorldFile
+) -> None:
+    low = among(changed(world_file, "yard_1", battery=0.1))
+    low.plan(STORED)
+    assert robots_of_plan(low) == ["store_2", "yard_2"]
+    yard = low.tender.legs[0]
+    assert (states(yard)["yard_1"], yard.team) == (BidState.DECLINED, ("yard_2",))
+    assert "battery at 10%" in yard.parts[0].bids[0].reason
+    assert "yard_1" in [part.robot for part in yard.parts], "planning alone has yard_1 do it"
+
+
+def test_a_goal_is_planned_centrally_if_no_robot_answers_in_time(tendering: Tendering) -> None:
+    tendering.plan(STORED, deaf=EVERYONE)
+    assert tendering.goal().state == "planning"
+    tendering.run(20.0, deaf=EVERYONE)
+    goal = tendering.services.plan_once(GOAL)
+    assert goal.state == "planned"
+    assert tendering.tender.state == "central"
+    assert tendering.tender.reason == "no robot has answered the calls in time"
+    assert states(tendering.tender.legs[0])["yard_1"] == BidState.SILENT
+    tendering.approve()
+    assert {row.state for row in tendering.conversations()} == {"timed_out"}
+
+
+def test_a_silent_robot_may_still_be_recruited_where_nobody_bids(tendering: Tendering) -> None:
+    tendering.plan(STORED, deaf=("store_2",))
+    tendering.run(20.0, deaf=("store_2",))
+    tendering.services.plan_once(GOAL)
+    _, store = tendering.tender.legs
+    assert (store.team, states(store)["store_2"]) == ((), BidState.SILENT)
+    assert robots_of_plan(tendering) == ["store_2", "yard_1"]
+
+
+def test_a_goal_whose_legs_all_decline_has_no_plan(among: Tender, world_file: WorldFile) -> None:
+    tendering = among(changed(world_file, "store_2", battery=0.1))
+    tendering.plan(STORED)
+    goal = tendering.services.plan_once(GOAL)
+    assert goal.state == "unsolvable"
+    assert "store_2 declines leg_2: battery at 10%" in goal.reason
+    tendering.run(0.5)
+    assert {row.state for row in tendering.conversations()} <= {"rejected", "refused"}
+
+
+def test_robots_that_are_not_called_are_planned_centrally(among: Tender, world_file: WorldFile) -> None:
+    mute = world_file
+    for name in EVERYONE:
+        mute = changed(mute, name, speaks=())
+    tendering = among(mute)
+    tendering.submit(STORED)
+    assert tendering.services.plan_once(GOAL).state == "planned"
+    assert tendering.tender.reason == "no robot of the world takes calls"
+
+
+def test_approval_awards_the_winners_their_scripts_and_rejects_the_others(tendering: Tendering) -> None:
+    tendering.plan(STORED)
+    mission = tendering.approve()
+    tendering.run(1.0)
+    assert told(tendering, "accept-proposal") == ["store_2", "yard_1"]
+    assert told(tendering, "reject-proposal") == ["yard_2"]
+    assert {row.robot: row.state for row in tendering.conversations(about=mission)} == {
+        "yard_1": "awarded",
+        "store_2": "awarded",
+    }
+    scripts = {row.robot: parse_term(accepted(row)).words for row in tendering.conversations(about=mission)}
+    assert scripts == {
+        "yard_1": ("leg_1", f"{mission}-yard_1"),
+        "store_2": ("leg_2", f"{mission}-store_2"),
+    }
+
+
+def test_a_robot_says_that_its_awarded_script_has_ended(tendering: Tendering) -> None:
+    tendering.plan(STORED)
+    mission = tendering.approve()
+    tendering.give([row for row in tendering.services.scripts(mission) if row.robot == "yard_1"])
+    tendering.run(45.0)
+    outcome = {row.robot: row.state for row in tendering.conversations(about=mission)}
+    assert outcome == {"yard_1": "done", "store_2": "awarded"}
+
+
+def test_a_rejected_plan_and_a_cancelled_goal_reject_the_bids(tendering: Tendering) -> None:
+    tendering.plan(STORED)
+    tendering.services.plans.reject(tendering.goal().plan_id or "", actor="operator")
+    tendering.run(0.5)
+    assert told(tendering, "reject-proposal") == ["store_2", "yard_1", "yard_2"]
+
+
+@pytest.mark.parametrize("after", ["call", "answers", "planning", "approval"])
+def test_a_restart_of_the_service_loses_nothing(tendering: Tendering, after: str) -> None:
+    tendering.submit(STORED)
+    if after == "call":
+        tendering.restart()
+        assert tendering.services.plan_once(GOAL).state == "planning", "the recovered job finds nothing to do"
+    tendering.run(1.0)
+    if after == "answers":
+        tendering.restart()
+    tendering.services.plan_once(GOAL)
+    if after == "planning":
+        tendering.restart()
+    assert tendering.goal().state == "planned"
+    mission = tendering.approve()
+    if after == "approval":
+        tendering.restart()
+    tendering.run(1.0)
+    assert told(tendering, "reject-proposal") == ["yard_2"]
+    assert {row.state for row in tendering.conversations(about=mission)} == {"awarded"}
+    assert told(tendering, "cfp") == sorted([*EVERYONE, *EVERYONE])
+
+
+def test_who_was_called_is_in_the_event_log(tendering: Tendering) -> None:
+    tendering.submit(STORED)
+    (event,) = tendering.services.read(
+        lambda session: session.query(EventRow).filter_by(type="goal.bids_called").all()
+    )
+    assert (event.subject, event.data["robots"], event.data["legs"]) == (
+        GOAL,
+        list(EVERYONE),
+        ["leg_1", "leg_2"],
+    )
