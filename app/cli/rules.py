@@ -82,8 +82,8 @@ def try_rules(
 ) -> None:
     """Try rule files on a recording: print which rules would have fired, when and with which values.
 
-    Nothing is acted on: each action is taken to succeed at once, and the record goes on as it was. Touches, and beacons
-    and robots in view, are not recorded.
+    Nothing is acted on: each action is taken to succeed at once, and the record goes on as it was. Beacons and
+    robots in view are not recorded; what was said to the robot is if it had rules.
     """
     from app.recordings.robot_record import robot_record
     from robots.deliberative.reader import read_rules
@@ -96,7 +96,14 @@ def try_rules(
             read = [read_rules(_path(file)) for file in files]
             record = robot_record(recording, robot)
             repertoire = packs_of(pack).repertoire()
-            rehearsal = rehearse(read, repertoire, record.instants, robot=robot, home=record.home)
+            rehearsal = rehearse(
+                read,
+                repertoire,
+                record.instants,
+                robot=robot,
+                home=record.home,
+                has_touches=record.has_touches,
+            )
         except RuleError as error:
             raise Invalid(str(error)) from error
     for agent, made in rehearsal.fired:
@@ -107,6 +114,12 @@ def try_rules(
         typer.echo(
             f"{name}:{spec.place.line}: {spec.belief} is not recorded: its rules did not fire", err=True
         )
+    if not record.has_messages and any(_hears(one) for one in read):
+        typer.echo(f"what was said to {robot} is not recorded: it had no rules then", err=True)
+    elif record.unread_messages:
+        count = record.unread_messages
+        what = "1 message" if count == 1 else f"{count} messages"
+        typer.echo(f"{what} to {robot} {'is' if count == 1 else 'are'} not recorded whole", err=True)
     first, last = record.instants[0].percepts.time_s, record.instants[-1].percepts.time_s
     rules_fired = f"{len(rehearsal.fired)} firing{'' if len(rehearsal.fired) == 1 else 's'}"
     typer.echo(
@@ -160,6 +173,14 @@ def _go_on(robot: str, service: str, *, one_cycle: bool) -> None:
 
     with reported_errors(), connected(service) as client:
         typer.echo(run(client, robot, one_cycle=one_cycle))
+
+
+def _hears(file: "RuleFile") -> bool:
+    """True if a condition of the file is about messages."""
+    from robots.deliberative.mind import believed
+    from robots.deliberative.vocabulary import MESSAGE
+
+    return any(term.functor == MESSAGE for term in believed(file))
 
 
 def _summary(file: "RuleFile") -> str:

@@ -1,39 +1,53 @@
 """What one robot perceived during a recorded mission, as far as its telemetry says, for rules to be tried on.
 
-Recorded are pose, whiskers, samples in view, what is held, and battery; neither beacons and robots in view nor touches.
+Recorded are pose, whiskers, samples in view, touches, what is held, and battery; neither beacons nor robots in view. Of
+robots with rules, messages are recorded that nothing but rules may take.
 """
 
 import json
 from cmath import phase
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, radians
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from app.domain.errors import Invalid, NotFound
-from app.recordings.mcap_writer import EVENTS, ROBOTS, SCRIPT, WORLD
+from app.recordings.mcap_writer import EVENTS, MINDS, ROBOTS, SCRIPT, WORLD
 from app.recordings.recording_store import entries_of
 from robots.contract.known_scripts import ENDED
+from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rehearsal import RecordedInstant
 from robots.deliberative.situation import Task
+from robots.deliberative.terms import Term
+from robots.deliberative.vocabulary import MESSAGE
+from robots.errors import RuleError
 from robots.perception.fusion import Perception
 from robots.perception.sensing import MutualDataStore
 from robots.physical.body import Gripper, Pose, Readings, Sensor
 from robots.physical.geometry import to_robot
 from robots.physical.profile import BeaconSpec, RobotProfile
 from robots.physical.sightings import Sighting, Sightings
-from robots.wire import OWN, Telemetry
+from robots.wire import OWN, MindReport, Telemetry, ToldMessage
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotRecord:
-    """:param home: the place of the robot's charger, if it has one. :param instants: at each telemetry, in order."""
+    """:param home: the place of the robot's charger, if it has one. :param instants: at each telemetry, in order.
+
+    :param has_touches: its bumper's readings are recorded. :param has_messages: what was said to it is.
+    :param unread_messages: how many of these are cut off, or are nothing that rules can write.
+    """
 
     home: str | None
     instants: Sequence[RecordedInstant]
+    has_touches: bool
+    has_messages: bool
+    unread_messages: int
 
 
 @dataclass(slots=True)
@@ -45,6 +59,8 @@ class _Record:
     tasks: dict[str, Task] = field(default_factory=dict)
     raised: list[tuple[float, str, str]] = field(default_factory=list)
     robots: set[str] = field(default_factory=set)
+    heard: dict[ToldMessage, None] | None = None
+    """In the order of their time; None: no mind has told of messages."""
 
 
 def robot_record(file: Path, robot: str) -> RobotRecord:
@@ -62,7 +78,16 @@ def robot_record(file: Path, robot: str) -> RobotRecord:
             choices=sorted(record.robots),
         )
     profile = _profile(record, robot, record.telemetry[0])
-    return RobotRecord(home=profile.home, instants=list(_instants(record, profile)))
+    began_s = record.telemetry[0].at_s
+    heard = [one for one in record.heard or () if one.at_s >= began_s]
+    messages = sorted(((one.at_s, term) for one in heard if (term := _message(one))), key=itemgetter(0))
+    return RobotRecord(
+        home=profile.home,
+        instants=list(_instants(record, profile, messages)),
+        has_touches=any(one.touched is not None for one in record.telemetry),
+        has_messages=record.heard is not None,
+        unread_messages=len(heard) - len(messages),
+    )
 
 
 def _read(file: Path, robot: str) -> _Record:
@@ -77,6 +102,8 @@ def _read(file: Path, robot: str) -> _Record:
             record.robots.add(name)
             if name == robot:
                 record.telemetry.append(Telemetry.model_validate(body))
+        elif channel.topic == MINDS + robot and (told := MindReport.model_validate(body)).heard is not None:
+            record.heard = {**(record.heard or {}), **dict.fromkeys(told.heard)}
         elif channel.topic == WORLD:
             record.layout = body.get("layout") or {}
         elif channel.topic == SCRIPT and body.get("robot") == robot:
@@ -97,16 +124,20 @@ def _read(file: Path, robot: str) -> _Record:
     return record
 
 
-def _instants(record: _Record, profile: RobotProfile) -> Iterator[RecordedInstant]:
+def _instants(
+    record: _Record, profile: RobotProfile, messages: Sequence[tuple[float, Term]]
+) -> Iterator[RecordedInstant]:
     perception = Perception(profile)
-    raised = iter(record.raised)
-    coming = next(raised, None)
+    raised = deque(record.raised)
+    said = deque(messages)
     before: Telemetry | None = None
     for told in record.telemetry:
         news: list[tuple[str, str]] = []
-        while coming is not None and coming[0] <= told.at_s:
-            news.append(coming[1:])
-            coming = next(raised, None)
+        while raised and raised[0][0] <= told.at_s:
+            news.append(raised.popleft()[1:])
+        heard: list[Term] = []
+        while said and said[0][0] <= told.at_s:
+            heard.append(said.popleft()[1])
         percepts = perception.perceive(
             MutualDataStore(_sensed(told)),
             _pose(told),
@@ -120,8 +151,18 @@ def _instants(record: _Record, profile: RobotProfile) -> Iterator[RecordedInstan
             packets=_new_packet(before, told),
             scripts=_new_script(before, told),
             task=_task(record, told),
+            heard=heard,
         )
         before = told
+
+
+def _message(told: ToldMessage) -> Term | None:
+    """As rules believe it; None if its content is cut off, or is nothing that rules can write."""
+    try:
+        (content,) = beliefs_of([f"said({told.content})"])
+    except RuleError:
+        return None
+    return Term(MESSAGE, (told.performative, told.sender, *content.args))
 
 
 def _task(record: _Record, told: Telemetry) -> Task | None:
@@ -146,7 +187,7 @@ def _profile(record: _Record, robot: str, first: Telemetry) -> RobotProfile:
 
 
 def _sensed(told: Telemetry) -> dict[str, object]:
-    """The readings of the sensors that ran; a bumper that was not touched."""
+    """The readings of the sensors that ran; a bumper of which nothing is told was not touched."""
     running = set(told.sensors)
     tags = [_sighting(told, name, at) for name, at in told.tags.items()]
     readings = Readings(
@@ -154,7 +195,7 @@ def _sensed(told: Telemetry) -> dict[str, object]:
         ranges_m=np.array([inf if one is None else one for one in told.ranges_m])
         if told.ranges_m and Sensor.ULTRASONIC in running
         else None,
-        bumper=False,
+        bumper=bool(told.touched),
         sightings=Sightings.of(tags) if Sensor.INFRA_RED in running else None,
         gripper=Gripper(closed=told.holding is not None, between_jaws=told.holding),
         capture_head_m=None,

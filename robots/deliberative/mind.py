@@ -4,6 +4,7 @@ An earlier agent ranks before a later one: its packets take the body from the ot
 packet of the robot's upkeep or of an operator who drives it comes before all of them.
 """
 
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -17,7 +18,7 @@ from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rule_set import read_rule_set, teams_of
 from robots.deliberative.situation import CHARGING, Task, known_of, taken_over
 from robots.deliberative.terms import Term, as_value, unify
-from robots.deliberative.told import told_agent
+from robots.deliberative.told import told_agent, told_message
 from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, ROLE, SCRIPT
 from robots.errors import RuleError
 from robots.executive.breakpoints import HeldFiring
@@ -28,7 +29,16 @@ from robots.executive.own_packets import why_held
 from robots.perception.percepts import NOTHING, Needs, Percepts
 from robots.physical.profile import RobotProfile
 from robots.repertoire import Repertoire
-from robots.wire import MAX_TOLD, OWN, BehaviourPacket, BehaviourScript, ScriptState, ToldAgent
+from robots.wire import (
+    MAX_TOLD,
+    MAX_TOLD_MESSAGES,
+    OWN,
+    BehaviourPacket,
+    BehaviourScript,
+    ScriptState,
+    ToldAgent,
+    ToldMessage,
+)
 
 TIMEOUT_S = 60.0
 WAIT_TIMEOUT_S = 30.0
@@ -63,6 +73,7 @@ class Mind:
         self._speak = speak
         self._competence = competence or {}
         self._heard: list[Utterance] = []
+        self._told_messages: deque[ToldMessage] = deque(maxlen=MAX_TOLD_MESSAGES)
         self._body = _Body(profile)
         self._files: tuple[RuleFile, ...] = ()
         self._takes_over = frozenset[str]()
@@ -106,7 +117,7 @@ class Mind:
         self._takes_over = taken_over([agent.name for agent in agents])
         self.role = role
         self._files = tuple(files)
-        self._listens_to = [one for file in files for one in _believed(file) if one.functor == MESSAGE]
+        self._listens_to = [one for file in files for one in believed(file) if one.functor == MESSAGE]
 
     def break_at(self, rules: frozenset[str]) -> None:
         """Hold back what these rules, "guard:3" and the like, commit to until the next cycle."""
@@ -165,14 +176,19 @@ class Mind:
                 with suppress(RuleError):  # a name of a message's content that no rule file can write
                     agent.adopt(beliefs_of([text]), now_s)
 
-    def takes(self, utterance: Utterance) -> bool:
-        """True if a condition of a rule or plan may match what someone has said."""
+    def hear(self, utterance: Utterance) -> bool:
+        """Believe in the next cycle that someone has said this; False if no condition may match it."""
+        self._told_messages.append(told_message(utterance, self._body.now_s))
         said = as_value(_message(utterance))
-        return any(unify(as_value(one), said) is not None for one in self._listens_to)
-
-    def hear(self, utterance: Utterance) -> None:
-        """Believe in the next cycle that someone has said this."""
+        if not any(unify(as_value(one), said) is not None for one in self._listens_to):
+            return False
         self._heard.append(utterance)
+        return True
+
+    @property
+    def told_messages(self) -> tuple[ToldMessage, ...]:
+        """What was said to the robot and nothing but its rules may take, the last ones, oldest first."""
+        return tuple(self._told_messages)
 
     def cycle(self, executive: Executive, percepts: Percepts | None, now_s: float) -> None:
         """One cycle of every agent, by rank."""
@@ -222,7 +238,7 @@ def _message(utterance: Utterance) -> Term:
     return Term(MESSAGE, (utterance.performative, utterance.other, utterance.content))
 
 
-def _believed(file: RuleFile) -> Iterator[Term]:
+def believed(file: RuleFile) -> Iterator[Term]:
     """The terms of the conditions of its rules and plans."""
     for rule in file.rules:
         yield from (one.term for one in rule.when.positive)

@@ -3,11 +3,14 @@
 Nothing is acted on. Every action is taken to succeed at once, and the record goes on as it was.
 """
 
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from operator import itemgetter
 
+from robots.conditions.own_state import Bumped
+from robots.conditions.verdict import Condition
 from robots.deliberative.actuators import DONE, Activation, Outcome, Utterance
 from robots.deliberative.agent import Agent
 from robots.deliberative.commitments import Commitment
@@ -17,7 +20,7 @@ from robots.deliberative.rule_set import teams_of
 from robots.deliberative.situation import Task, known_of, taken_over
 from robots.deliberative.terms import Term
 from robots.deliberative.vocabulary import EVENT, HOME, ME, PACKET, SCRIPT
-from robots.perception.percepts import Percepts
+from robots.perception.percepts import Needs, Percepts
 from robots.reactive.stall import for_rules
 from robots.repertoire import Repertoire
 
@@ -31,6 +34,7 @@ class RecordedInstant:
 
     :param raised: packets' tags with the events that they raised. :param packets: tags with new states.
     :param scripts: new states. :param task: the packet of the service's script that was under way.
+    :param heard: what was said to the robot, `message(performative, sender, content)`.
     """
 
     percepts: Percepts
@@ -38,6 +42,7 @@ class RecordedInstant:
     packets: Sequence[tuple[str, str]] = ()
     scripts: Sequence[str] = ()
     task: Task | None = None
+    heard: Sequence[Term] = ()
 
     def events(self, left_to_rules: Container[str]) -> Iterator[Term]:
         """As rules that act on some of the packets' events would have heard them."""
@@ -45,6 +50,7 @@ class RecordedInstant:
             yield from (
                 Term(EVENT, (tag, name)) for name in for_rules([one for _, one in raised], left_to_rules)
             )
+        yield from self.heard
         yield from (Term(PACKET, one) for one in self.packets)
         yield from (Term(SCRIPT, (one,)) for one in self.scripts)
 
@@ -64,16 +70,23 @@ def rehearse(
     *,
     robot: str,
     home: str | None = None,
+    has_touches: bool = True,
 ) -> Rehearsal:
     """Let each agent deliberate once for each instant.
 
+    :param has_touches: whether the instants have what the bumper has read.
     :raises RuleError: naming file, line and column of each fault.
     """
     known = [Term(ME, (robot,)), *([Term(HOME, (home,))] if home else [])]
+    instants = list(instants)
+    sensed = frozenset[str]().union(*(one.percepts.data.values for one in instants))
+    unknown = frozenset() if has_touches else frozenset({Bumped})
     unread: list[tuple[str, PerceptorSpec]] = []
     agents: list[Agent] = []
     for team in teams_of(files, repertoire):
-        readable = [_readable(file, unread) for file in team]
+        readable = [
+            _readable(file, partial(_is_recorded, sensed=sensed, unknown=unknown), unread) for file in team
+        ]
         agents.append(Agent(team[0].name, readable, _Pretended(), known=known))
     fired: list[tuple[str, Commitment]] = []
     counts = [0] * len(agents)
@@ -92,21 +105,25 @@ def rehearse(
     )
 
 
-def _readable(file: RuleFile, unread: list[tuple[str, PerceptorSpec]]) -> RuleFile:
+def _readable(
+    file: RuleFile, is_recorded: Callable[[PerceptorSpec], bool], unread: list[tuple[str, PerceptorSpec]]
+) -> RuleFile:
     """The file without the perceptors of which the record says nothing; those are added to `unread`."""
     kept = []
     for spec in file.perceptors:
-        if _is_recorded(spec):
+        if is_recorded(spec):
             kept.append(spec)
         else:
             unread.append((file.name, spec))
     return replace(file, perceptors=tuple(kept))
 
 
-def _is_recorded(spec: PerceptorSpec) -> bool:
-    return not Perceptor(spec).quantities and not any(
-        kind.__module__ in _OF_OTHERS_IN_VIEW for kind in condition_kinds(spec.condition)
-    )
+def _is_recorded(spec: PerceptorSpec, *, sensed: Needs, unknown: frozenset[type[Condition]]) -> bool:
+    """:param sensed: the sensors of which the record has readings. :param unknown: conditions on what it has not."""
+    perceptor = Perceptor(spec)
+    kinds = set(condition_kinds(spec.condition))
+    of_others = any(kind.__module__ in _OF_OTHERS_IN_VIEW for kind in kinds)
+    return not of_others and not perceptor.quantities and perceptor.needs <= sensed and not kinds & unknown
 
 
 class _Pretended:

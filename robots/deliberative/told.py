@@ -2,6 +2,7 @@
 
 from itertools import islice
 
+from robots.deliberative.actuators import Utterance
 from robots.deliberative.agent import Agent
 from robots.deliberative.beliefs import Belief
 from robots.deliberative.commitments import Commitment
@@ -13,6 +14,7 @@ from robots.wire import (
     ToldAgent,
     ToldBelief,
     ToldCommitment,
+    ToldMessage,
 )
 
 
@@ -28,6 +30,15 @@ def told_agent(agent: Agent, most: int) -> ToldAgent:
         belief_count=len(beliefs),
         commitments=tuple(_commitment(one) for one in commitments[:most]),
         commitment_count=len(commitments),
+    )
+
+
+def told_message(utterance: Utterance, at_s: float) -> ToldMessage:
+    return ToldMessage(
+        at_s=at_s,
+        performative=utterance.performative,
+        sender=_short(utterance.other),
+        content=_short(shown(utterance.content)),
     )
 
 

@@ -29,7 +29,7 @@ from robots.perception.fusion import Perception
 from robots.perception.health import Defect, SensorHealth
 from robots.perception.percepts import NOTHING, Percepts
 from robots.perception.sensing import Mode, SensorAction, SensoryController
-from robots.physical.body import Body
+from robots.physical.body import Body, Sensor
 from robots.physical.energy import SensingMeter, load_powers
 from robots.physical.profile import RobotProfile
 from robots.reactive.synthesis import Motion
@@ -119,6 +119,8 @@ class BehaviouralAgent:
         self._fault_s = 0.0
         self._telemetry_s = float("-inf")
         self._sent_telemetry: Telemetry | None = None
+        self._touched: bool | None = None
+        """Since the last telemetry; None if the bumper has not read since."""
         if memory is not None:
             self._recall_mind(memory.mind)
             if memory.body is not None:
@@ -262,6 +264,9 @@ class BehaviouralAgent:
     def _send_telemetry(self, now_s: float) -> None:
         """Send telemetry, less often while nothing happens; during a sensor fault, the last percepts with the fault."""
         known = self._percepts
+        touches = None if known is None else known.data.values.get(Sensor.BUMPER)
+        if touches is not None:
+            self._touched = bool(touches or self._touched)
         if known is None or now_s - self._telemetry_s < TELEMETRY_S - 1e-6:
             return
         self._telemetry_s = now_s
@@ -269,9 +274,17 @@ class BehaviouralAgent:
             fault = Defect(sensor="", words=self._fault)
             known = replace(known, time_s=now_s, degraded=(*known.degraded, fault))
         driver = self._teleoperation.driver
-        body = telemetry(known, self._executive, self._meter, self._sensory.running, driven_by=driver)
+        body = telemetry(
+            known,
+            self._executive,
+            self._meter,
+            self._sensory.running,
+            driven_by=driver,
+            touched=self._touched,
+        )
         if is_due(body, self._sent_telemetry):
             self._sent_telemetry = body
+            self._touched = None
             self._mailbox.post(body, now_s)
 
     def _handle_messages(self, now_s: float) -> tuple[SensorAction, ...]:
@@ -464,6 +477,7 @@ class BehaviouralAgent:
             digests={} if mind is None else dict(mind.digests),
             agents=() if mind is None else mind.told(),
             conversations=() if self._society is None else self._society.told(),
+            heard=() if mind is None else mind.told_messages,
         )
 
     def _drive(self, message: Message, wanted: SetPoint, now_s: float) -> None:

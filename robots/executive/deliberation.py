@@ -7,7 +7,7 @@ from robots.executive.breakpoints import HeldFiring
 from robots.executive.executive import Executive
 from robots.executive.mind_memory import MindMemory
 from robots.perception.percepts import Needs, Percepts
-from robots.wire import ToldAgent
+from robots.wire import ToldAgent, ToldMessage
 
 
 class Deliberation(Protocol):
@@ -49,6 +49,11 @@ class Deliberation(Protocol):
 
     def told(self) -> tuple[ToldAgent, ...]:
         """What its agents believe and are committed to, in order of rank."""
+        ...
+
+    @property
+    def told_messages(self) -> tuple[ToldMessage, ...]:
+        """What was said to the robot and nothing but its rules may take, the last ones, oldest first."""
         ...
 
     def break_at(self, rules: frozenset[str]) -> None:

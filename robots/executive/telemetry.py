@@ -19,8 +19,12 @@ def telemetry(
     running: Iterable[str],
     *,
     driven_by: str | None,
+    touched: bool | None,
 ) -> Telemetry:
-    """The robot's own belief, its current activity, and the energy that its sensing uses."""
+    """The robot's own belief, its current activity, and the energy that its sensing uses.
+
+    :param touched: since the last telemetry; None: the bumper has not read.
+    """
     run = executive.current
     ranges_m = percepts.data.values.get(Sensor.ULTRASONIC)
     return Telemetry(
@@ -46,6 +50,7 @@ def telemetry(
         degraded=tuple(defect.words for defect in percepts.degraded),
         driven_by=driven_by,
         goal_m=_goal_m(percepts, run),
+        touched=touched,
     )
 
 

@@ -22,12 +22,8 @@ WITHIN_S = 60.0
 class Listener(Protocol):
     """The deliberative level, as far as it hears."""
 
-    def takes(self, utterance: Utterance) -> bool:
-        """True if a rule may match it."""
-        ...
-
-    def hear(self, utterance: Utterance) -> None:
-        """Believe in the next cycle that someone has said this."""
+    def hear(self, utterance: Utterance) -> bool:
+        """Believe in the next cycle that someone has said this; False if no rule may match it."""
         ...
 
 
@@ -42,11 +38,9 @@ class RuleSpeech:
 
         def handle(heard: Heard) -> bool:
             content = as_rule_value(heard.content)
-            said = Utterance(performative=heard.performative.value, other=heard.speaker, content=content)
-            if not listener.takes(said):
-                return False
-            listener.hear(said)
-            return True
+            return listener.hear(
+                Utterance(performative=heard.performative.value, other=heard.speaker, content=content)
+            )
 
         self._level.listen(handle)
 

@@ -280,7 +280,8 @@ class Telemetry(Wire):
     `patterns` the active behaviour patterns' (r, u) by "dof/name", normalised, `resultants` theirs by "dof"; `sensors`
     those that run; `sensing_j` the energy that sensors have used since the robot's start, `sensing_saved_j` what those
     that were off would have used; `degraded` readings that are left out, in words; `driven_by` the operator who drives
-    the robot; `goal_m` the distance to the current packet's goal, None if that is not known.
+    the robot; `goal_m` the distance to the current packet's goal, None if that is not known; `touched` whether its
+    bumper has touched something since the last telemetry, None if the bumper has not read since.
     """
 
     kind: Literal["telemetry"] = "telemetry"
@@ -306,6 +307,7 @@ class Telemetry(Wire):
     degraded: tuple[str, ...] = ()
     driven_by: str | None = None
     goal_m: float | None = None
+    touched: bool | None = None
 
 
 class WorldChange(Wire):

@@ -19,6 +19,8 @@ TRACED_S = 60.0
 MAX_TOLD = 256
 """Beliefs, and commitments, in one report, shared evenly by the agents (our choice)."""
 MAX_TOLD_CONVERSATIONS = 64
+MAX_TOLD_MESSAGES = 32
+"""The last that were heard, in one report (our choice)."""
 MAX_TOLD_CHARACTERS = 200
 """Of one text; longer ones end in an ellipsis."""
 MAX_TOLD_BINDINGS = 16
@@ -226,11 +228,21 @@ class ToldConversation(Wire):
     reply_by_s: float | None = None
 
 
+class ToldMessage(Wire):
+    """What was said to the robot and nothing but its rules may take. `content`: as in a rule file."""
+
+    at_s: float
+    performative: str
+    sender: str
+    content: str
+
+
 class MindReport(Wire):
     """Robot to service: the answer to a mind query (inform). Times are the world's clock.
 
     `agents`: in order of rank, none without rules; `version`: of the rules that were sent last; `digests`: of the files
-    that are followed, by name.
+    that are followed, by name; `heard`: what rules have heard last, or would have heard, oldest first (null: older
+    software does not tell).
     """
 
     kind: Literal["mind_report"] = "mind_report"
@@ -239,3 +251,4 @@ class MindReport(Wire):
     digests: dict[str, str] = Field(default_factory=dict)
     agents: tuple[ToldAgent, ...] = ()
     conversations: tuple[ToldConversation, ...] = ()
+    heard: tuple[ToldMessage, ...] | None = None

@@ -113,6 +113,7 @@ class FakeBody:
         self.faulty: Readings | None = None
         self.stuck = False
         self.jammed = False
+        self.bumped = False
         self.battery = 1.0
         self.charging = False
         self.running: frozenset[str] = ALL_SENSORS
@@ -154,7 +155,7 @@ class FakeBody:
         return Readings(
             time_s=self.world.clock.now_s(),
             ranges_m=np.array([self._range(beam) for beam in beams]) if runs(Sensor.ULTRASONIC) else None,
-            bumper=False if runs(Sensor.BUMPER) else None,
+            bumper=self.bumped if runs(Sensor.BUMPER) else None,
             sightings=Sightings.of(self._sightings()) if runs(Sensor.INFRA_RED) else None,
             gripper=Gripper(closed=self.closed, between_jaws=between) if runs(Sensor.GRIPPER) else None,
             capture_head_m=(0.0, 0.0) if runs(Sensor.CAPTURE_HEAD) else None,

@@ -230,6 +230,26 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
         return service.missions[mission_id]
 
 
+def add_breakpoints(app: FastAPI, service: FakeService) -> None:
+    v1 = [Depends(require_token)]
+
+    @app.get("/v1/robots/{name}/breakpoints", dependencies=v1)
+    def breakpoints(name: str) -> Any:
+        return service.breakpoints
+
+    @app.put("/v1/robots/{name}/breakpoints", dependencies=v1)
+    def set_breakpoints(name: str, body: Annotated[dict[str, Any], Body()]) -> Any:
+        service.breakpoints |= {"rules": body["rules"]}
+        return service.breakpoints
+
+    @app.post("/v1/robots/{name}/breakpoints:{verb}", dependencies=v1)
+    def go_on(name: str, verb: str) -> Any:
+        service.decisions.append((verb, name, ""))
+        halts = [one | {"firings": []} for one in service.breakpoints["halts"]] if verb == "step" else []
+        service.breakpoints |= {"halts": halts}
+        return service.breakpoints
+
+
 def add_robots(app: FastAPI, service: FakeService) -> None:
     v1 = [Depends(require_token)]
 
@@ -324,22 +344,6 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
     def withdraw_words(name: str, dialogue: str) -> Any:
         return service.decide(name, dialogue, "withdrawn")
 
-    @app.get("/v1/robots/{name}/breakpoints", dependencies=v1)
-    def breakpoints(name: str) -> Any:
-        return service.breakpoints
-
-    @app.put("/v1/robots/{name}/breakpoints", dependencies=v1)
-    def set_breakpoints(name: str, body: Annotated[dict[str, Any], Body()]) -> Any:
-        service.breakpoints |= {"rules": body["rules"]}
-        return service.breakpoints
-
-    @app.post("/v1/robots/{name}/breakpoints:{verb}", dependencies=v1)
-    def go_on(name: str, verb: str) -> Any:
-        service.decisions.append((verb, name, ""))
-        halts = [one | {"firings": []} for one in service.breakpoints["halts"]] if verb == "step" else []
-        service.breakpoints |= {"halts": halts}
-        return service.breakpoints
-
     @app.get("/v1/robots/{name}/mind", dependencies=v1)
     def mind(name: str) -> Any:
         return service.mind
@@ -410,6 +414,7 @@ def create_app(service: FakeService) -> FastAPI:
     add_goals(app, service)
     add_missions(app, service)
     add_robots(app, service)
+    add_breakpoints(app, service)
 
     app.include_router(view_router(lambda: service.view), dependencies=v1)
     app.include_router(

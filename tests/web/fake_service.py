@@ -144,14 +144,6 @@ class FakeService:
             "decided_by": None,
         }
         self.mind: dict[str, Any] = {"at_s": 12.0, "agents": [], "conversations": []}
-        self.breakpoints: dict[str, Any] = {
-            "rules": [],
-            "refusal": "",
-            "of_others": 0,
-            "halts": [],
-            "left_s": None,
-            "ended": "",
-        }
         self.trace: dict[str, Any] = {"at_s": 12.0, "stretches": [], "conditions": []}
         self.tuning["packets"] = {"NAVIGATE": {"translate/advance": {"r.gain": 1.0, "r.limit": 1.0}}}
         self.connection: dict[str, str] = {}
@@ -449,6 +441,11 @@ class FakeService:
         told = {"role": role, "delivery": "pending", "decided_by": "operator", "version": version}
         self.role = {**self.role, "tags": None, "home": None, "rules": None, **given, **told}
         self.publish("role.set" if role else "role.cleared", "yard_1", version=version)
+
+    @cached_property
+    def breakpoints(self) -> dict[str, Any]:
+        """Of the selected robot, and where its world stands."""
+        return {"rules": [], "refusal": "", "of_others": 0, "halts": [], "left_s": None, "ended": ""}
 
     @cached_property
     def dialogues(self) -> list[dict[str, Any]]:

@@ -8,8 +8,8 @@ import pytest
 
 from app.cli.main import app
 from app.domain.world_model.layout import layout_of
-from app.recordings.mcap_writer import EVENTS, SCRIPT, WORLD, McapWriter
-from robots.wire import Telemetry
+from app.recordings.mcap_writer import EVENTS, MINDS, SCRIPT, WORLD, McapWriter
+from robots.wire import MindReport, Telemetry, ToldMessage
 from robots.world import load_world
 
 SENSORS = ("gripper", "infra_red", "ultrasonic")
@@ -28,8 +28,16 @@ def told(at_s: float, **fields: Any) -> Telemetry:
     return Telemetry.model_validate(said | fields)
 
 
-def record(file: Path, *telemetry: Telemetry, events: Mapping[float, list[str]] | None = None) -> Path:
-    """A recording of yard_1's telemetry and of the events that its packet raised."""
+def record(
+    file: Path,
+    *telemetry: Telemetry,
+    events: Mapping[float, list[str]] | None = None,
+    heard: Mapping[float, str] | None = None,
+) -> Path:
+    """A recording of yard_1's telemetry, of the events that its packet raised, and of what yard_2 has asked of it.
+
+    :param heard: the contents by time; None: its mind does not tell of messages.
+    """
     with McapWriter(file) as writer:
         writer.write_json(WORLD, {"id": "store", "layout": layout_of(load_world("sample_store"))}, 0.0)
         writer.write_json(SCRIPT, SCRIPT_BODY, 0.0)
@@ -38,6 +46,13 @@ def record(file: Path, *telemetry: Telemetry, events: Mapping[float, list[str]] 
         for at_s, raised in (events or {}).items():
             data = {"robot": "yard_1", "packet": "a1", "at_s": at_s, "events": raised}
             writer.write_json(EVENTS, {"type": "packet.running", "subject": "mission-1", "data": data}, at_s)
+        messages = [
+            ToldMessage(at_s=at_s, performative="request", sender="yard_2", content=content)
+            for at_s, content in (heard or {}).items()
+        ]
+        for count in range(len(messages) + 1) if heard is not None else ():
+            mind = MindReport(at_s=0.0, heard=tuple(messages[:count]))
+            writer.write_json(f"{MINDS}yard_1", mind.model_dump(mode="json"), float(count))
     return file
 
 
@@ -108,6 +123,52 @@ def test_things_in_view_are_perceived_and_what_is_not_recorded_is_named(
     assert fired.endswith("guard guard:4 beliefs only ?x = sample_1")
     assert 3.0 <= float(fired.split()[0]) < 8.0
     assert "guard:3: free is not recorded" in errors
+
+
+ANSWERS = """AGENT guard;
+ACTUATOR say(agree);
+BELIEF(message(request, ?who, cover(?what))) => COMMIT(say(agree, ?who, cover(?what)));
+"""
+
+
+def test_rules_hear_what_was_said_to_the_robot_then(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rules = tmp_path / "guard.rules"
+    rules.write_text(ANSWERS)
+    telemetry = [told(at_s / 2) for at_s in range(20)]
+    heard = {0.7: "cover(door_1)", 3.2: 'cover("bay 3")', 4.0: "rest", 5.0: "cover(a_very_long…"}
+    lines, errors = tried(capsys, record(tmp_path / "one.mcap", *telemetry, heard=heard), str(rules))
+    assert lines[:-1] == [
+        "1.0 s guard guard:3 say ?who = yard_2, ?what = door_1",
+        '3.5 s guard guard:3 say ?who = yard_2, ?what = "bay 3"',
+    ]
+    assert errors.strip() == "1 message to yard_1 is not recorded whole"
+    lines, errors = tried(capsys, record(tmp_path / "two.mcap", *telemetry), str(rules))
+    assert lines == ["0 firings from 0.0 to 9.5 s, in 20 records of yard_1"]
+    assert errors.strip() == "what was said to yard_1 is not recorded: it had no rules then"
+
+
+def test_rules_feel_what_the_robot_has_touched_if_its_bumper_ran(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rules = tmp_path / "guard.rules"
+    rules.write_text(
+        "AGENT guard;\nPERCEPTOR hit IS bumped(within_s: 0.2);\n"
+        "BELIEF(hit) => COMMIT(adoptBelief(once));\nBELIEF(not(hit)) => COMMIT(adoptBelief(free));\n"
+    )
+    touched = [told(at_s / 2, touched=at_s == 6) for at_s in range(20)]
+    lines, errors = tried(capsys, record(tmp_path / "one.mcap", *touched), str(rules))
+    assert [line.split()[0:4:3] for line in lines[:-1]] == [
+        ["0.0", "guard:4"],
+        ["3.0", "guard:3"],
+        ["3.5", "guard:4"],
+    ]
+    assert errors == ""
+    untold = [told(at_s / 2) for at_s in range(20)]
+    lines, errors = tried(capsys, record(tmp_path / "two.mcap", *untold), str(rules))
+    assert lines[0].startswith("0 firings")
+    assert "guard:2: hit is not recorded" in errors
 
 
 def test_what_cannot_be_tried_is_said_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

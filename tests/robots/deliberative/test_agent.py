@@ -223,7 +223,8 @@ def test_what_has_ended_stays_ended() -> None:
 
 def test_what_a_cycle_commits_to_at_a_breakpoint_is_held_back_until_the_next_one() -> None:
     one, actuators = agent(
-        "BELIEF(message(request, ?who, greet)) => COMMIT(?who, Now, BELIEF(message(request, ?who, greet)), say(agree, ?who, hello));\n"
+        "BELIEF(message(request, ?who, greet)) => "
+        "COMMIT(?who, Now, BELIEF(message(request, ?who, greet)), say(agree, ?who, hello));\n"
         "BELIEF(message(request, ?_, greet)) => COMMIT(activate(STOP()));"
     )
     one.breakpoints = frozenset({"tester:3"})

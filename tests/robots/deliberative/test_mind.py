@@ -324,3 +324,18 @@ PLAN rest() COST way(nowhere) { activate(STOP) }
     assert made.words.startswith("rest of line 6 costs 0.")
     assert "rest of line 5 costs" in made.words
     assert made.words.endswith("rest of line 7 has no known cost")
+
+
+def test_what_was_said_is_told_whether_rules_take_it_or_not() -> None:
+    rover = Rover(
+        "AGENT guard;\nBELIEF(message(request, ?_, cover(?what))) => COMMIT(adoptBelief(covers(?what)));"
+    )
+    rover.run_for(1.0)
+    for content in (Term("cover", ("bay 3",)), "rest"):
+        rover.tell(content)
+    told = rover.mind.told_messages
+    assert [(one.performative, one.sender, one.content) for one in told] == [
+        ("request", "anna", 'cover("bay 3")'),
+        ("request", "anna", "rest"),
+    ]
+    assert told[0].at_s == pytest.approx(1.0, abs=0.1)

@@ -6,10 +6,14 @@ from math import nan
 
 import numpy as np
 
+from robots.deliberative.mind import Mind
+from robots.deliberative.reader import rules_of
 from robots.executive.agent import FAULT_S
 from robots.physical.body import Pose, Readings
+from robots.physical.profile import RobotProfile
+from robots.repertoire import load_repertoire
 from robots.wire import FailureCategory, ScriptState
-from tests.robots.fake_world import FakeWorld
+from tests.robots.fake_world import STEP_S, FakeWorld
 from tests.robots.stories import EAST, Service, packet, room, run, run_for, script
 
 
@@ -79,3 +83,24 @@ def test_a_glitch_of_a_sensor_is_ridden_out() -> None:
     assert run(world, [service], lambda: service.report is not None)
     assert service.report is not None
     assert service.report.state is ScriptState.FINISHED
+
+
+def test_telemetry_tells_of_a_touch_since_the_last_one_and_nothing_while_the_bumper_is_off() -> None:
+    world = room(noise=0.0)
+    rules = "AGENT guard;\nPERCEPTOR hit IS bumped();\nBELIEF(hit) => COMMIT(adoptBelief(met));"
+
+    def mind(profile: RobotProfile) -> Mind:
+        return Mind(profile, load_repertoire(), [rules_of(rules, "guard.rules")])
+
+    felt = Service(world, world.add("fred", Pose(x_m=1.0, y_m=1.5, heading_rad=EAST), mind=mind), "fred")
+    blind = Service(world, world.add("ginger", Pose(x_m=5.0, y_m=1.5, heading_rad=EAST)), "ginger")
+    run_for(world, [felt, blind], 1.0)
+    body = world.bodies["fred"]
+    body.bumped = True
+    run_for(world, [felt, blind], STEP_S)
+    body.bumped = False
+    run_for(world, [felt, blind], 1.0)
+    touches = [one.touched for one in felt.telemetry]
+    assert touches.count(True) == 1
+    assert touches[-1] is False
+    assert {one.touched for one in blind.telemetry} == {None}
