@@ -212,7 +212,7 @@ class Service:
             limit=self.settings.worlds,
         )
         topics = {**self.workflows.topics, **self.world_set.topics}
-        self._notifications = NotificationListener(self.database, topics)
+        self._notifications = NotificationListener(self.database, topics, wake=self.workflows.wake_here)
 
     def _wire_robots(self) -> None:
         """The robots' state, and what operators send to robots directly: questions, set-points, tunings, rules."""

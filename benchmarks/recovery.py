@@ -1,12 +1,8 @@
 """Takeover time: from kill -9 of an executor until another one continues its workflow.
 
-uv run python -m benchmarks.recovery [RUNS] [TURNS] [SERVER]
-
-TURNS: how often the workflow had done a step and waited for a message before its process was killed (default: a
-mission's maximum).
+uv run python -m benchmarks.recovery [RUNS] [SERVER]
 """
 
-import itertools
 import statistics
 import subprocess
 import sys
@@ -15,7 +11,6 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
 from app.domain.events import RobotFound
-from app.missions.life import LOOKS_PER_WORKFLOW
 from app.store import Database
 from app.store.event_log import EventLog
 from app.store.migrate import migrate
@@ -28,20 +23,17 @@ GIVE_UP_S = 60.0
 EXECUTE, BEGINS = "--execute", "begins"
 
 
-def takeover_s(url: str, turns: int = 1) -> float:
+def takeover_s(url: str) -> float:
     """Seconds from the death of the executor that runs a workflow to the workflow's next step, in another process.
 
-    :param turns: of the workflow, before that.
     :raises TimeoutError: if it does not go on within a minute.
     """
     database = Database(url)
     migrate(database)
     log = EventLog(database)
-    with _executor(url, "idle", turns) as idle, _executor(url, BEGINS, turns) as begins:
+    with _executor(url, "idle") as idle, _executor(url, BEGINS) as begins:
         processes = {"idle": idle, BEGINS: begins}
-        while log.last() < turns:
-            time.sleep(TICK_S)
-        runs = _ticks_of(processes, log, after=turns - 1)
+        runs = _ticks_of(processes, log, after=0)
         dying = processes.pop(runs)
         dying.kill()
         dying.wait()
@@ -53,8 +45,8 @@ def takeover_s(url: str, turns: int = 1) -> float:
 
 
 @contextmanager
-def _executor(url: str, name: str, turns: int) -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "benchmarks.recovery", EXECUTE, url, name, str(turns)]
+def _executor(url: str, name: str) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "benchmarks.recovery", EXECUTE, url, name]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
@@ -75,8 +67,8 @@ def _ticks_of(names: Collection[str], log: EventLog, *, after: int) -> str:
     raise TimeoutError(f"the workflow runs in none of {', '.join(names)}")
 
 
-def execute(url: str, name: str, turns: int) -> None:
-    """Run as an executor until killed; `BEGINS` starts an endless workflow, whose first `turns` do not pause."""
+def execute(url: str, name: str) -> None:
+    """Run as an executor until killed; `BEGINS` starts an endless workflow."""
     database = Database(url)
     log = EventLog(database)
     workflows = Workflows(url)
@@ -86,9 +78,9 @@ def execute(url: str, name: str, turns: int) -> None:
             log.append(session, RobotFound(subject=name, world="", actor="", comment=""))
 
     def life(_: str) -> None:
-        for turn in itertools.count(1):
+        while True:
             step("tick", tick)
-            sleep_until_woken(0.0 if turn < turns else TICK_S)
+            sleep_until_woken(TICK_S)
 
     workflows.register("life", life)
     presence = ExecutorRegistry(database, workflows, serves=[MISSIONS.name], worlds=())
@@ -102,19 +94,17 @@ def execute(url: str, name: str, turns: int) -> None:
     time.sleep(10 * GIVE_UP_S)
 
 
-def main(runs: int = 5, turns: int = LOOKS_PER_WORKFLOW, server: str = SERVER) -> None:
+def main(runs: int = 5, server: str = SERVER) -> None:
     took: list[float] = []
     for _ in range(runs):
         with database_on(server) as url:
-            took.append(takeover_s(url, turns))
+            took.append(takeover_s(url))
             print(f"{took[-1]:.1f} s", flush=True)
-    print(
-        f"median {statistics.median(took):.1f} s, {min(took):.1f} to {max(took):.1f} s, {runs} runs after {turns} turns"
-    )
+    print(f"median {statistics.median(took):.1f} s, {min(took):.1f} to {max(took):.1f} s, {runs} runs")
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == [EXECUTE]:
-        execute(*sys.argv[2:4], turns=int(sys.argv[4]))
+        execute(*sys.argv[2:4])
     else:
-        main(*(convert(given) for convert, given in zip((int, int, str), sys.argv[1:], strict=False)))
+        main(*(convert(given) for convert, given in zip((int, str), sys.argv[1:], strict=False)))

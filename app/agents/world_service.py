@@ -198,7 +198,7 @@ class WorldService:
             dropped = symbolic_all(unsaid, self.knowledge_base)
             corrected = FactsCorrected(subject=world, actor=actor, comment=comment, dropped=dropped)
             self._events.append(session, corrected)
-            wake_missions(session, self._workflows, world, f"facts:{self._facts.version(session, world)}")
+            wake_missions(session, self._workflows, world)
             return dropped
 
     def numbers(self, world: str) -> tuple[Sequence[NumberRow], int]:

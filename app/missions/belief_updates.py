@@ -145,7 +145,7 @@ class BeliefUpdates:
             if facts.change(
                 add=change.add, remove=change.remove, source=source_of(robot), at_s=report.at_s, corrects=True
             ):
-                wake_missions(session, self._workflows, world, f"facts:{facts.version}")
+                wake_missions(session, self._workflows, world)
         if (event := _upkeep_event(report, world=world, robot=robot)) is not None:
             self._events.append(session, event)
 
@@ -172,8 +172,7 @@ class BeliefUpdates:
             late = LateReport(subject=mission.world, robot=robot, at_s=at_s, passed_over=passed_over)
             self._events.append(session, late)
         if changed and (corrects or passed_over):
-            key = f"facts:{world.version}"
-            wake_missions(session, self._workflows, mission.world, key, but=mission.id)
+            wake_missions(session, self._workflows, mission.world, but=mission.id)
 
 
 def _undisputed(facts: frozenset[Fact], mission: MissionRow, script: ScriptRow) -> frozenset[Fact]:

@@ -53,7 +53,7 @@ class ContradictionRecord:
         )
         one = Contradiction(plan_id=mission.plan_id, earlier=rival.told, later=later, things=rival.things)
         self._add(session, mission, [one])
-        self._workflows.wake(session, mission.workflow, f"contradiction:{ended.action}:{ended.robot}")
+        self._workflows.wake(session, mission.workflow)
 
     def _add(self, session: Session, mission: MissionRow, found: Iterable[Contradiction]) -> None:
         known = {one.key for one in recorded(mission)}

@@ -15,7 +15,6 @@ from app.agents.running_world import RunningWorld
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import MISSION_PHASES, MissionOverdue, MissionRobotsAsked
-from app.domain.ids import new_id
 from app.domain.lifecycles.mission import MissionState, active_state, assess, has_ended, with_overdue
 from app.domain.lifecycles.recovery import RecoveryStep
 from app.domain.lifecycles.script import ask, order
@@ -28,14 +27,10 @@ from app.planning.tenders import Tenders
 from app.planning.waiting_goals import WaitingGoals
 from app.store import MissionRow, ScriptRow
 from app.store.records import lock_mission
-from app.workflows import MISSION_LIFE, MISSIONS, or_give_up, sleep_until_woken, step, this_workflow
+from app.workflows import or_give_up, sleep_until_woken, step
 from robots.clock import Clock
 from robots.wire import ControlVerb, FailureCategory
 
-LOOKS_PER_WORKFLOW = 25
-"""Reviews of the mission after which another workflow continues with it."""
-FIRST_SLEEP_S = 1.0
-"""The longest sleep after a workflow's first review (wall clock)."""
 LONGEST_SLEEP_S = 30.0
 SHORTEST_SLEEP_S = 0.1
 """The bounds of a sleep between two reviews (wall clock)."""
@@ -94,7 +89,6 @@ class MissionLife:
         """
         self._database = core.database
         self._events = core.events
-        self._workflows = core.workflows
         self._views = MissionViews(core, silent_in_s=silent_in_s)
         self._dispatcher = dispatcher
         self._recovery = recovery
@@ -109,24 +103,10 @@ class MissionLife:
         or_give_up(lambda: self._run(mission_id), partial(self._give_up, mission_id))
 
     def _run(self, mission_id: str) -> None:
-        workflow = this_workflow()
         if not step("organise", lambda: self._organise(mission_id)):
             return
-        for look in range(LOOKS_PER_WORKFLOW):
-            sleep_s = step("monitor", lambda: self.monitor(mission_id))
-            if sleep_s is None:
-                return
-            # A message to the previous workflow may have come after its last review.
-            sleep_until_woken(sleep_s if look else min(sleep_s, FIRST_SLEEP_S))
-        step("begin anew", lambda: self._continue_as_new(mission_id, workflow))
-
-    def _continue_as_new(self, mission_id: str, workflow: str) -> None:
-        """Continue in a new workflow: a recovered workflow replays its recorded steps, so they must be few."""
-        with self._database.write() as session:
-            mission = lock_mission(session, mission_id)
-            if mission.workflow == workflow and not has_ended(mission):
-                mission.workflow = new_id("life")
-                self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission_id)
+        while (sleep_s := step("monitor", lambda: self.monitor(mission_id))) is not None:
+            sleep_until_woken(sleep_s)
 
     def _organise(self, mission_id: str) -> bool:
         """Turn the plan-net into scripts for the agent models to deliver; False if the mission has ended."""

@@ -112,13 +112,13 @@ class LostRobots:
         self._events.append(session, found)
         session.flush()
         self._waiting.release(session, row.world)
-        wake_missions(session, self._workflows, row.world, f"found:{row.robot}:{row.declared_at}")
+        wake_missions(session, self._workflows, row.world)
 
     def _abandon(self, session: Session, script: ScriptRow) -> None:
         mission = session.get_one(MissionRow, script.mission_id, with_for_update=True)
         abandon(script)
         self._events.append(session, ScriptAbandoned(subject=script.id, robot=script.robot))
-        self._workflows.wake(session, mission.workflow, f"abandoned:{script.id}:{script.orders}")
+        self._workflows.wake(session, mission.workflow)
 
 
 def _is_unanswering(session: Session, world: str, robot: str) -> bool:

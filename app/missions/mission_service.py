@@ -9,7 +9,6 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.errors import Conflict, NotFound, unrecorded
 from app.domain.events import MissionCancelRequested, MissionPaused, MissionRecoverySet, MissionResumed
-from app.domain.ids import new_id
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
 from app.domain.lifecycles.recovery import RecoveryStep, try_again
@@ -82,7 +81,7 @@ class MissionService:
                 session,
                 MissionCancelRequested(subject=mission.id, actor=actor, comment=comment, state=state),
             )
-            self._workflows.wake(session, mission.workflow, f"cancel:{mission.id}")
+            self._workflows.wake(session, mission.workflow)
             return _with_scripts(session, mission)
 
     def set_recovery(self, mission_id: str, policy: Policy, actor: str) -> Mission:
@@ -97,7 +96,7 @@ class MissionService:
                     session,
                     MissionRecoverySet(subject=mission.id, actor=actor, policy=policy.value, state=state),
                 )
-                self._workflows.wake(session, mission.workflow, f"{mission.id}:policy:{new_id('policy')}")
+                self._workflows.wake(session, mission.workflow)
             return _with_scripts(session, mission)
 
     def pause(self, mission_id: str, actor: str, comment: str) -> Mission:
@@ -134,7 +133,7 @@ class MissionService:
         self._events.append(
             session, MissionResumed(subject=mission.id, actor=actor, comment=comment, state=state)
         )
-        self._workflows.wake(session, mission.workflow, f"{mission.id}:again:{len(mission.attempts)}")
+        self._workflows.wake(session, mission.workflow)
         return _with_scripts(session, mission)
 
     def _order(

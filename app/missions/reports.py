@@ -25,7 +25,6 @@ from app.domain.events import (
     ScriptStatus,
     SpeechHeard,
 )
-from app.domain.ids import new_id
 from app.domain.lifecycles.mission import MissionState, begin_work, has_ended, is_paused
 from app.domain.lifecycles.script import (
     TERMINAL_SCRIPTS,
@@ -183,7 +182,7 @@ class MissionReports:
             }
             before = self._reserved(session, freeing.values())
             receptions = list[Reception]()
-            wake = dict[str, tuple[MissionRow, str]]()
+            reported_on = dict[str, MissionRow]()
             for message in messages:
                 subject = subjects.get(_key(message))
                 reception = Reception.IGNORED
@@ -198,13 +197,13 @@ class MissionReports:
                 if reception is Reception.RECORDED:
                     known.add(_key(message))
                     if subject is not None:
-                        wake[subject.mission.id] = subject.mission, _key(message)
+                        reported_on[subject.mission.id] = subject.mission
                 receptions.append(reception)
             if self._reserved(session, freeing.values()) != before:
                 self._waiting.release(session, world)
-            for mission, key in wake.values():
-                if not has_ended(mission):  # the workflow of an ended one is over and may be deleted
-                    self._workflows.wake(session, mission.workflow, key)
+            for mission in reported_on.values():
+                if not has_ended(mission):
+                    self._workflows.wake(session, mission.workflow)
             return receptions
 
     def _record_faults(
@@ -244,7 +243,7 @@ class MissionReports:
             self._contradictions.note_rival(session, subject.mission, subject.script, *rival)
         if is_open and doubt(subject.script, why):
             logger.warning("report held back as implausible: %s %s", message.sender, why)
-            self._workflows.wake(session, subject.mission.workflow, new_id("doubt"))
+            self._workflows.wake(session, subject.mission.workflow)
 
     def _reserved(self, session: Session, subjects: Iterable[_Subject]) -> Sequence[Reservation]:
         """What the missions still need, in order."""

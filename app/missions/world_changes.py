@@ -290,7 +290,7 @@ class WorldChanges:
         core.events.append(session, event)
         session.flush()
         self._waiting.release(session, world)
-        wake_missions(session, core.workflows, world, f"edition:{checked.edition}")
+        wake_missions(session, core.workflows, world)
         after_commit(session, lambda: self._worlds.put(Edition(checked.edition, edited.world)))
         return recorded
 

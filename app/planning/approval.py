@@ -231,7 +231,7 @@ class PlanApproval:
                 state=MissionState(mission.state),
             ),
         )
-        self._workflows.wake(session, mission.workflow, f"revised:{mission.id}:{mission.revision}")
+        self._workflows.wake(session, mission.workflow)
 
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
         """Reject a plan; its goal is withdrawn with its last open plan. Rejecting again changes nothing.
@@ -268,7 +268,7 @@ class PlanApproval:
         goal.plan_id = mission.plan_id
         remark = f": {comment}" if comment else ""
         recovery.reject(mission, plan.id, f"the repair was rejected{remark}")
-        self._workflows.wake(session, mission.workflow, f"rejected:{plan.id}")
+        self._workflows.wake(session, mission.workflow)
 
     def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
         plan_lifecycle.decide(plan, state, actor=actor, comment=comment, at=utc_now())

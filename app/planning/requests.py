@@ -96,4 +96,4 @@ class PlanningRequests:
         last = mission.attempts[-1]
         state = MissionState(mission.state)
         self._events.append(session, MissionNoRepair(subject=mission.id, reason=last["detail"], state=state))
-        self._workflows.wake(session, mission.workflow, f"{mission.id}:recovered:{last['number']}")
+        self._workflows.wake(session, mission.workflow)

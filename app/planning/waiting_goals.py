@@ -18,7 +18,7 @@ from app.store import GoalRow, MissionRow, WorldRow
 from app.workflows import PLAN_WAITING, WAITING, step
 
 GOALS_PER_WORKFLOW = 25
-"""Goals after which a new workflow continues: a recovered workflow replays its recorded steps, so they must be few."""
+"""Goals after which a new workflow continues, so that the waiting goals of other worlds have their turn."""
 
 
 class WaitingGoals:
@@ -87,7 +87,7 @@ class WaitingGoals:
                 before = waits_for(mission)
                 if (now := before.updated(unavailable)) != before:
                     note_blockers(mission, now)
-                    self._workflows.wake(session, mission.workflow, new_id("reworded"))
+                    self._workflows.wake(session, mission.workflow)
 
     def release(self, session: Session, world: str) -> None:
         """Count a release in the world, and have waiting goals planned once the caller's transaction commits."""
@@ -110,8 +110,7 @@ class WaitingGoals:
             if goal_id is None:
                 return
             plan(goal_id)
-        # The step's name is recorded with workflows that earlier versions have begun.
-        step("begin anew", lambda: self._continue_as_new(world))
+        step("continue", lambda: self._continue_as_new(world))
 
     def _next(self, world: str) -> str | None:
         with self._database.read() as session:

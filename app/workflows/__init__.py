@@ -1,7 +1,7 @@
 """Durable workflows: the only package that uses DBOS.
 
 The service's own tables are authoritative; a workflow only processes a goal or mission further, also after a crash. A
-workflow, or a message to one, is created inside the transaction that makes it necessary, so neither is lost.
+workflow is created, and is woken, by the transaction that makes it necessary.
 """
 
 from app.workflows.engine import Workflows
@@ -18,7 +18,7 @@ from app.workflows.queues import (
     WAITING,
     Queue,
 )
-from app.workflows.steps import StepFailed, or_give_up, sleep_until_woken, step, this_workflow
+from app.workflows.steps import StepFailed, or_give_up, sleep_until_woken, step
 
 __all__ = [
     "FIND_ALTERNATIVES",
@@ -37,5 +37,4 @@ __all__ = [
     "or_give_up",
     "sleep_until_woken",
     "step",
-    "this_workflow",
 ]

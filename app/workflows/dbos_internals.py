@@ -5,7 +5,6 @@ function: with a new minor version of DBOS, those tests show which use has to ch
 """
 
 import threading
-from collections.abc import Callable
 
 from dbos import DBOS, Queue, _workflow_commands
 from dbos._queue import queue_worker_thread
@@ -47,27 +46,11 @@ def reenqueue(dbos: DBOS, workflow_id: str, *, executor: str, default_queue: str
     return dbos._sys_db.reenqueue_for_recovery(workflow_id, [executor], default_queue)
 
 
-def message_waker(dbos: DBOS) -> Callable[[str | None], None]:
-    """A function that makes a workflow that waits here in `recv` check the database at once; None: every workflow.
-
-    After a lost notification DBOS itself checks only once a minute, on SQLite it checks for every waiting workflow at a
-    fixed interval, and it offers no way to end a wait at shutdown. The function works after `DBOS.destroy`, too.
-    """
-    waiters = dbos._sys_db.notifications_map
-
-    def wake(workflow_id: str | None) -> None:
-        for _, (waiting, *_), signal in waiters.snapshot():
-            if workflow_id in (None, waiting):
-                signal.set()
-
-    return wake
-
-
 def leave_message_poller(dbos: DBOS) -> list[threading.Thread]:
     """Have `DBOS.destroy` not wait for the thread that polls for messages on SQLite; returns that one thread.
 
     It sleeps for a polling interval and cannot be woken; then it ends by itself, since it finds the engine retired. The
-    public `DBOS.destroy` waits for it, half a second on average.
+    public `DBOS.destroy` waits for it, half an interval on average.
     """
     poll = dbos._sys_db.run_notification_listener
     left = [thread for thread in dbos._background_threads if getattr(thread, "_target", None) == poll]

@@ -16,24 +16,23 @@ from app.store import after_commit, announce
 from app.workflows.dbos_internals import (
     executing_workflows,
     leave_message_poller,
-    message_waker,
     poll_seldom,
     reenqueue,
 )
 from app.workflows.queue_listener import QueueListener
 from app.workflows.queues import MISSIONS, QUEUES, Queue
-from app.workflows.steps import CLOSING, WAKE
+from app.workflows.steps import CURRENT_RUN, Run
 from app.workflows.system_database import create_system_engine, retire
 
 APPLICATION = "macta"
 APPLICATION_VERSION = "2"
-"""Increased when the order of a workflow's steps changes, so that no old workflow is replayed by new code."""
+"""Increased when workflows of an earlier version must not be run by this one: no process recovers them then."""
 
 UNUSED_POLLING_S = 4.0
 """Interval at which DBOS looks for kinds of workflows that there are none of. The lock that it holds meanwhile on
 PostgreSQL is taken from it after 5 s."""
-MESSAGE_POLLING_S = 1.0
-"""Polling interval, on SQLite, of messages to each waiting workflow; `wake` makes the one concerned check at once."""
+WAKE = "wake"
+"""The topic of the announcement that wakes a workflow of another process, before its id."""
 QUEUE_POLLING_S = 0.25
 """Polling interval of queues while there is work: every process is notified of new work, and polling every 50 ms kept a
 sixth of a core busy."""
@@ -62,8 +61,10 @@ class Workflows:
         self._clock = clock
         # Workflows of an ended process are recovered by its executor id; the embedded service has always the same.
         self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
-        self._closing = threading.Event()
+        self._is_closing = False
+        self._runs: dict[str, Run] = {}
         self._suspected: set[str] = set()
+        self._perhaps_taken: set[str] = set()
         self._lock = threading.Lock()
         self._executing = Counter[Queue]()
         """By queue, the workflows that may be from it and are executed here."""
@@ -80,7 +81,7 @@ class Workflows:
             "application_version": APPLICATION_VERSION,
             "executor_id": self.executor,
             "serializer": DBOSPortableJSONSerializer(),
-            "notification_listener_polling_interval_sec": MESSAGE_POLLING_S,
+            "notification_listener_polling_interval_sec": UNUSED_POLLING_S,
             "log_level": "ERROR",
             "console_log_level": "ERROR",
         }
@@ -94,13 +95,19 @@ class Workflows:
         """
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
-            CLOSING.set(self._closing)
+            run = Run()
+            CURRENT_RUN.set(run)
+            assert DBOS.workflow_id is not None
             with self._lock:
                 self._executing.update(makes_room_in)
+                self._runs[DBOS.workflow_id] = run
+                if self._is_closing:
+                    run.interrupt()
             try:
                 function(subject)
             finally:
                 with self._lock:
+                    del self._runs[DBOS.workflow_id]
                     full = [queue for queue in makes_room_in if self._executing[queue] >= queue.at_once]
                     self._executing.subtract(makes_room_in)
                 for queue in full:
@@ -162,9 +169,7 @@ class Workflows:
     @property
     def topics(self) -> Mapping[str, Callable[[], None]]:
         """The topics of other processes' announcements that this one handles, each with its handler."""
-        return {queue.name: partial(self.poll, queue) for queue in self._serves} | {
-            "messages": self.recheck_messages
-        }
+        return {queue.name: partial(self.poll, queue) for queue in self._serves}
 
     def poll(self, queue: Queue) -> None:
         """Poll this queue now: a workflow was started, here or in another process."""
@@ -181,9 +186,13 @@ class Workflows:
         if was_held_back:
             self._poll_all()
 
-    def recheck_messages(self) -> None:
-        """Have every workflow that waits here check for messages whose notification may have been lost."""
-        message_waker(self._dbos)(None)
+    def wake_here(self, workflow_id: str | None = None) -> None:
+        """Wake the workflow, if it runs in this process; None: all that do, for their wake may have been lost."""
+        with self._lock:
+            runs = [*self._runs.values()] if workflow_id is None else [self._runs.get(workflow_id)]
+        for run in runs:
+            if run is not None:
+                run.wake()
 
     def recover_executor(self, session: Session, executor: str) -> int:
         """Put back into their queues the workflows that another executor left pending; returns their number.
@@ -201,9 +210,17 @@ class Workflows:
 
         A workflow is lost if the database fails after it has committed a dequeue and before it has answered. One that
         is being dequeued looks the same, so only those found at two calls in a row count: call this periodically.
+        Likewise the runs of workflows end that another process has taken over, because it counted this one as dead.
         """
-        unclaimed = self._pending(self.executor) - executing_workflows(self._dbos)
+        pending = self._pending(self.executor)
+        unclaimed = pending - executing_workflows(self._dbos)
         lost = unclaimed & self._suspected
+        with self._lock:
+            not_ours = self._runs.keys() - pending
+            taken = [self._runs[one] for one in not_ours & self._perhaps_taken]
+        self._perhaps_taken = not_ours
+        for run in taken:
+            run.interrupt()
         self._suspected = unclaimed
         return self._reenqueue(lost, self.executor)
 
@@ -236,11 +253,10 @@ class Workflows:
     def _may_dequeue(self) -> bool:
         return self._clock.monotonic_s() < self._dequeues_until
 
-    def wake(self, session: Session, workflow_id: str, key: str) -> None:
-        """Send a waiting workflow a message, once per key, if the caller's transaction commits."""
-        self._connected.send_in_transaction(session, workflow_id, key, WAKE, key)
-        if self.executor == EMBEDDED:  # PostgreSQL notifies
-            after_commit(session, partial(message_waker(self._dbos), workflow_id))
+    def wake(self, session: Session, workflow_id: str) -> None:
+        """End a workflow's sleep, or its next one, in its process, if the caller's transaction commits."""
+        after_commit(session, partial(self.wake_here, workflow_id))
+        announce(session, f"{WAKE}:{workflow_id}")
 
     def delete_finished(self, before: str, limit: int) -> int:
         """Delete up to `limit` workflows that ended before an instant (ISO 8601); returns their number."""
@@ -257,24 +273,25 @@ class Workflows:
     @property
     def _connected(self) -> DBOSClient:
         if self._client is None:
-            raise RuntimeError("launch() comes before start() and wake()")
+            raise RuntimeError("launch() comes before start()")
         return self._client
 
     def close(self) -> None:
         """Stop executing. Running workflows stay pending and are recovered by the next `launch`."""
         # Interrupted workflows would log that the database is closed.
         logging.getLogger("dbos").setLevel(logging.CRITICAL)
-        self._closing.set()
+        with self._lock:
+            self._is_closing = True
+            runs = [*self._runs.values()]
+        for run in runs:
+            run.interrupt()
         for listener in self._listeners.values():
             listener.stop()
-        wake = None if self._client is None else message_waker(self._dbos)
         if self._client is not None:
             self._client.destroy()
             if self.executor == EMBEDDED:
                 leave_message_poller(self._dbos)
         DBOS.destroy(destroy_registry=True)
-        # A thread that keeps waiting would delay the process's end; one that wakes later would run a workflow that
-        # another process has recovered. They wake now, and without a connection they can record nothing.
+        # A step that is under way may end after another process has recovered its workflow: without a connection it
+        # records no outcome.
         retire(self.engine)
-        if wake is not None:
-            wake(None)

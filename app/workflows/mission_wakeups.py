@@ -8,8 +8,8 @@ from app.store import MissionRow
 from app.workflows import Workflows
 
 
-def wake_missions(session: Session, workflows: Workflows, world: str, key: str, *, but: str = "") -> None:
-    """Wake the running missions of a world, once per key, if the caller's transaction commits.
+def wake_missions(session: Session, workflows: Workflows, world: str, *, but: str = "") -> None:
+    """Wake the running missions of a world if the caller's transaction commits.
 
     :param but: a mission that the caller wakes itself.
     """
@@ -17,4 +17,4 @@ def wake_missions(session: Session, workflows: Workflows, world: str, key: str, 
         MissionRow.world == world, MissionRow.state.in_(OPEN), MissionRow.id != but
     )
     for workflow in session.scalars(query):
-        workflows.wake(session, workflow, f"{workflow}:{key}")
+        workflows.wake(session, workflow)

@@ -13,6 +13,7 @@ import psycopg
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.store.engine import CHANNEL, WRITTEN, Database
 from app.workflows.background import Background
+from app.workflows.engine import WAKE
 
 RECEIVE_S = 0.5
 """How long the thread waits for a notification before it checks whether it is to end."""
@@ -31,11 +32,16 @@ class NotificationListener:
         database: Database,
         topics: Mapping[str, Callable[[], None]],
         *,
+        wake: Callable[[str | None], None],
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
-        """:param topics: handlers by topic, besides those in `Database.committed`."""
+        """
+        :param topics: handlers by topic, besides those in `Database.committed`.
+        :param wake: wakes a workflow that runs here, by its id; with None all of them, after a reconnection.
+        """
         self._database = database
         self._topics: Mapping[str, Callable[[], None]] = {WRITTEN: self._written, **topics}
+        self._wake = wake
         self._clock = clock
         self._background = Background("notifications", self._run)
 
@@ -71,12 +77,16 @@ class NotificationListener:
                         self._handle(topic)
 
     def _handle_all(self) -> None:
-        for topic in self._topics:
+        for topic in (*self._topics, WAKE):
             self._handle(topic)
 
     def _handle(self, topic: str) -> None:
+        name, _, subject = topic.partition(":")
         try:
-            self._topics.get(topic, lambda: None)()
+            if name == WAKE:
+                self._wake(subject or None)
+            elif name in self._topics:
+                self._topics[name]()
         except Exception:
             logger.exception("handling of a notification failed (topic %s)", topic)
 

@@ -1,57 +1,96 @@
-"""The parts of a workflow: steps whose results are recorded, and waiting for a message."""
+"""The parts of a workflow: steps that are tried again, and waiting until it is woken.
+
+Nothing of them is recorded: the service's own tables say how far a goal or mission is. A workflow that another process
+takes over, or the next one, begins at its first step, and each step finds what has been done.
+"""
 
 import logging
 import threading
 from collections.abc import Callable
 from contextvars import ContextVar
-from typing import Any
-
-from dbos import DBOS
-from dbos import error as dbos_error
+from typing import TypeVar
 
 from app.store import is_unavailable
 
-WAKE = "wake"
 STEP_ATTEMPTS = 4
+RETRY_S = 0.5
+"""Pause before a step that has failed is tried again, doubled after each failure."""
 UNAVAILABLE_RETRY_S = 0.5
 """Pause before a step that found the database unavailable is tried again."""
-CLOSING: ContextVar[threading.Event] = ContextVar("closing")
-"""Inside a workflow: the event that is set once the process ends."""
 
 logger = logging.getLogger(__name__)
+Result = TypeVar("Result")
 
 
 class StepFailed(Exception):
     """Raised when a step has failed `STEP_ATTEMPTS` times; the message names it."""
 
 
-def step(name: str, function: Callable[[], Any]) -> Any:
-    """Run a step of the current workflow. Its result, JSON data, is recorded and not computed again on replay.
+class Interrupted(BaseException):
+    """Ends a workflow's run in this process; the workflow itself stays pending.
 
-    A step that fails is retried with increasing pauses; while the database is unavailable, without limit.
+    It is no `Exception`, so that nothing takes it for the failure of a step, or for the outcome of the workflow.
+    """
+
+
+class Run:
+    """One run of a workflow in this process."""
+
+    def __init__(self) -> None:
+        self._interrupted = threading.Event()
+        self._woken = threading.Event()
+
+    def wake(self) -> None:
+        """End its sleep, or the next one if it does not sleep now."""
+        self._woken.set()
+
+    def interrupt(self) -> None:
+        """End the run at its next pause or sleep."""
+        self._interrupted.set()
+        self._woken.set()
+
+    def pause(self, timeout_s: float) -> None:
+        """:raises Interrupted: if the run is to end."""
+        if self._interrupted.wait(timeout_s):
+            raise Interrupted
+
+    def sleep(self, timeout_s: float) -> None:
+        """Sleep until woken. :raises Interrupted: if the run is to end."""
+        self._woken.wait(timeout_s)
+        self._woken.clear()
+        self.pause(0.0)
+
+
+CURRENT_RUN: ContextVar[Run] = ContextVar("current_run")
+"""The run that a workflow's thread carries out."""
+
+
+def step(name: str, function: Callable[[], Result]) -> Result:
+    """Run a step of the current workflow; it may run again after a crash, from its beginning.
+
+    A step that fails is tried again after increasing pauses; while the database is unavailable, without limit.
 
     :raises StepFailed: if it failed `STEP_ATTEMPTS` times.
     """
-
-    def logged() -> Any:
-        while True:
-            try:
-                return function()
-            except Exception as error:
-                if not is_unavailable(error):
-                    logger.exception("step %r failed", name)
-                    raise
+    run = CURRENT_RUN.get()
+    run.pause(0.0)
+    failures = 0
+    while True:
+        try:
+            return function()
+        except Exception as error:
+            if is_unavailable(error):
                 logger.warning("step %r waits for the database: %s", name, error)
-                if CLOSING.get().wait(UNAVAILABLE_RETRY_S):
-                    raise
-
-    try:
-        return DBOS.run_step(
-            {"name": name, "retries_allowed": True, "interval_seconds": 0.5, "max_attempts": STEP_ATTEMPTS},
-            logged,
-        )
-    except dbos_error.DBOSMaxStepRetriesExceeded as error:
-        raise StepFailed(f"step {name!r} failed {STEP_ATTEMPTS} times; the log says why") from error
+                pause_s = UNAVAILABLE_RETRY_S
+            else:
+                logger.exception("step %r failed", name)
+                failures += 1
+                if failures >= STEP_ATTEMPTS:
+                    raise StepFailed(
+                        f"step {name!r} failed {STEP_ATTEMPTS} times; the log says why"
+                    ) from error
+                pause_s = RETRY_S * 2 ** (failures - 1)
+        run.pause(pause_s)
 
 
 def or_give_up(work: Callable[[], None], give_up: Callable[[str], None]) -> None:
@@ -63,13 +102,6 @@ def or_give_up(work: Callable[[], None], give_up: Callable[[str], None]) -> None
         step("give up", lambda: give_up(reason))
 
 
-def this_workflow() -> str:
-    """The id of the workflow that calls this."""
-    workflow_id = DBOS.workflow_id
-    assert workflow_id is not None
-    return workflow_id
-
-
 def sleep_until_woken(timeout_s: float) -> None:
-    """Wait inside a workflow for a message, `timeout_s` at most; the end of the wait is recorded."""
-    DBOS.recv(WAKE, timeout_seconds=timeout_s)
+    """Wait inside a workflow until it is woken, `timeout_s` at most. A wake since the last wait ends it at once."""
+    CURRENT_RUN.get().sleep(timeout_s)

@@ -76,7 +76,7 @@ def test_who_follows_the_log_misses_nothing_that_several_processes_write(made: s
 @ON_POSTGRESQL
 def test_a_stream_that_waits_is_woken_by_what_another_process_writes(made: str) -> None:
     with process(made) as (here, events), process(made) as (there, events_there):
-        listening = NotificationListener(here, {})
+        listening = NotificationListener(here, {}, wake=lambda _: None)
         listening.start()
         seen = events.wait(0, PROMPT_S)  # it looks once when it begins to listen
         with there.write() as session:
@@ -91,7 +91,7 @@ def test_listening_goes_on_after_its_connection_was_cut(made: str) -> None:
     with process(made) as (here, _), process(made) as (there, _):
         topics: list[str] = []
         listening = NotificationListener(
-            here, {"planning": lambda: topics.append("planning")}, clock=SteppedClock()
+            here, {"planning": lambda: topics.append("planning")}, wake=lambda _: None, clock=SteppedClock()
         )
         listening.start()
         until(lambda: len(topics) == 1)

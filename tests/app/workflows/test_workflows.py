@@ -7,14 +7,15 @@ from queue import Empty, Queue
 
 import psycopg
 import pytest
-from dbos import DBOS
 from sqlalchemy import text
 
 from app.domain.clock import SystemClock
-from app.store import Database
+from app.store import Database, announce
 from app.store.engine import CHANNEL
 from app.workflows import MISSIONS, PLANNING, QUEUES, Workflows, or_give_up, sleep_until_woken, step
 from app.workflows import Queue as WorkflowQueue
+from app.workflows.engine import WAKE
+from app.workflows.notifications import NotificationListener
 from tests.databases import ON_BOTH
 from tests.waiting import until
 
@@ -123,7 +124,6 @@ def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
     with database.write() as session:
         first.start(session, MISSIONS, "nap", "mine", "awake")
     assert carried_out.get(timeout=30) == "asleep"
-    until(lambda: "DBOS.sleep" in [one["function_name"] for one in DBOS.list_workflow_steps("mine")])
     first.close()
     until(lambda: not [one for one in threading.enumerate() if one.name.startswith("dbos-executor")])
 
@@ -135,11 +135,94 @@ def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
                 assert second.recover_executor(session, first.executor) == 1
             topics = [one.payload.split()[0] for one in other.notifies(timeout=30, stop_after=len(QUEUES))]
             assert MISSIONS.name in topics
+    assert carried_out.get(timeout=30) == "asleep"  # it begins at its first step
     with database.write() as session:
-        second.wake(session, "mine", "a message")
+        second.wake(session, "mine")
     assert carried_out.get(timeout=30) == "awake"
     second.close()
     assert carried_out.empty()
+
+
+def test_a_wake_that_comes_before_the_sleep_ends_it(database: Database, carried_out: Queue[str]) -> None:
+    workflows = Workflows(database.url)
+    works, goes_on = threading.Event(), threading.Event()
+
+    def nap(subject: str) -> None:
+        works.set()
+        goes_on.wait()
+        sleep_until_woken(HARDLY_EVER_S)
+        carried_out.put(subject)
+
+    workflows.register("nap", nap)
+    workflows.launch()
+    with database.write() as session:
+        workflows.start(session, MISSIONS, "nap", "mine", "awake")
+    assert works.wait(30)
+    with database.write() as session:
+        workflows.wake(session, "mine")
+    goes_on.set()
+    assert carried_out.get(timeout=30) == "awake"
+    workflows.close()
+
+
+def sleeping(database: Database, carried_out: Queue[str]) -> Workflows:
+    """Workflows of which one, `mine`, sleeps; it says how its sleep ends."""
+    workflows = Workflows(database.url)
+
+    def nap(_: str) -> None:
+        carried_out.put("asleep")
+        try:
+            sleep_until_woken(HARDLY_EVER_S)
+        except BaseException as ending:
+            carried_out.put(type(ending).__name__)
+            raise
+        carried_out.put("awake")
+
+    workflows.register("nap", nap)
+    workflows.launch()
+    with database.write() as session:
+        workflows.start(session, MISSIONS, "nap", "mine", "anything")
+    assert carried_out.get(timeout=30) == "asleep"
+    return workflows
+
+
+def test_a_run_ends_whose_workflow_another_process_has_taken_over(
+    database: Database, carried_out: Queue[str]
+) -> None:
+    workflows = sleeping(database, carried_out)
+    assert workflows.recover_lost() == 0
+    table = "dbos.workflow_status" if database.shared else "workflow_status"
+    with database.write() as session:
+        session.execute(text(f"UPDATE {table} SET executor_id = 'another' WHERE workflow_uuid = 'mine'"))
+    assert workflows.recover_lost() == 0  # it might just have ended
+    assert carried_out.empty()
+    assert workflows.recover_lost() == 0
+    assert carried_out.get(timeout=30) == "Interrupted"
+    workflows.close()
+    with database.read() as session:
+        query = text(f"SELECT status, executor_id FROM {table} WHERE workflow_uuid = 'mine'")
+        assert tuple(session.execute(query).one()) == ("PENDING", "another")
+
+
+def test_a_workflow_is_woken_by_what_another_process_writes(
+    database: Database, carried_out: Queue[str]
+) -> None:
+    if not database.shared:
+        return  # there is one process
+    workflows = sleeping(database, carried_out)
+    listener = NotificationListener(database, workflows.topics, wake=workflows.wake_here)
+    listener.start()
+    assert carried_out.get(timeout=30) == "awake"  # what was written before it listened may have been missed
+    with database.write() as session:
+        workflows.start(session, MISSIONS, "nap", "second", "anything")
+    assert carried_out.get(timeout=30) == "asleep"
+    there = Database(database.url)
+    with there.write() as session:
+        announce(session, f"{WAKE}:second")
+    assert carried_out.get(timeout=30) == "awake"
+    there.close()
+    listener.close()
+    workflows.close()
 
 
 def test_a_workflow_that_was_lost_between_its_queue_and_the_process_is_recovered(
