@@ -39,6 +39,7 @@ export function createPicture(onSelect) {
   function draw() {
     if (!plan || !scroller.clientWidth) return;
     drawnDeadline = deadline();
+    const focused = bars().find((bar) => bar === document.activeElement)?.dataset.action;
     const drawn = pictureScale(plan, Math.max(MIN_WIDTH_PX, (scroller.clientWidth - 1) * zoom), spent, changes.previous, drawnDeadline);
     scale = drawn;
     replace(layers.links, causalLinks(plan, drawn));
@@ -60,6 +61,7 @@ export function createPicture(onSelect) {
     setTabStop(selected ?? inOrder()[0]?.id);
     highlight(selected);
     drawProgress(drawn);
+    if (focused) focus(focused);
   }
 
   const deadline = () => (mission && typeof mission.deadline_s === "number" && spent !== null ? mission.deadline_s - planStart(mission) : null);
@@ -98,6 +100,9 @@ export function createPicture(onSelect) {
     selected = selected === action ? null : action;
     view(selected);
   }
+
+  /** @param {string | undefined} action */
+  const focus = (action) => bars().find((bar) => bar.dataset.action === action)?.focus();
 
   /** One bar is reached by the tab key; the arrow keys go on from there. @param {string | undefined} action */
   function setTabStop(action) {
@@ -141,7 +146,7 @@ export function createPicture(onSelect) {
     else if (event.key === "Escape") toggle(null);
     else if (event.key.startsWith("Arrow")) {
       const next = neighbour(action, event.key);
-      bars().find((bar) => bar.dataset.action === next?.id)?.focus();
+      focus(next?.id);
     } else return;
     event.preventDefault();
   });
