@@ -71,6 +71,11 @@ class RampedState(State):
     driven: Pair
     odometry: OdometryState
 
+    @property
+    def reckoned(self) -> Pose:
+        """Where odometry believes it to be."""
+        return self.odometry.estimate
+
 
 @dataclass(slots=True, kw_only=True)
 class EncoderState:
@@ -106,6 +111,11 @@ class WheeledState(State):
     axle: AxleState
     last: Pose
     floor: StreamState
+
+    @property
+    def reckoned(self) -> Pose:
+        """Where odometry believes it to be."""
+        return self.encoders.pose
 
 
 class BodyState(State):
@@ -219,6 +229,11 @@ class WorldSnapshot(State):
     robots: dict[str, RobotMemory]
     peripherals: dict[str, PeripheralState] = Field(default_factory=dict)
     foreign: ForeignSnapshot = ForeignSnapshot()
+
+    @property
+    def reckoned(self) -> dict[str, Pose]:
+        """Where each rover's odometry believes it to be."""
+        return {name: body.drive.reckoned for name, body in self.bodies.items()}
 
     def only(self, *, robots: Collection[str], samples: Collection[str]) -> "WorldSnapshot":
         """Without what no longer belongs to the world. A sample whose holder goes is left where it is."""

@@ -78,12 +78,13 @@ class SimulatedBody(ABC):
         )
 
     def restore(self, state: BodyState) -> None:
-        """:raises ValueError: if the state is of another kind of body."""
+        """Go on in this state. A drive of another kind is that of the robot's former body: this one begins at rest."""
         self._command = state.wanted
         self.running = state.running
         self.battery.left_j = state.left_j
         self.battery.charging = state.charging
-        self.restore_drive(state.drive)
+        if isinstance(state.drive, type(self.drive_state())):
+            self.restore_drive(state.drive)
 
     def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
         """Take a command, and hold it until the next; with an empty battery the command is to stop.

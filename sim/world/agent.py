@@ -1,7 +1,7 @@
 """What a world asks of a robot's on-board software, and what it gives it."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol, runtime_checkable
 
 from robots.clock import Clock
@@ -9,6 +9,7 @@ from robots.executive.breakpoints import Halt
 from robots.executive.memory import RobotMemory
 from robots.link import Link
 from robots.physical.body import Body, Pose
+from robots.wire import Factsheet
 from robots.world import Location, RobotSpec, Zone
 
 
@@ -37,6 +38,13 @@ class HasRules(Protocol):
     def halt_report(self) -> Halt: ...
 
 
+@runtime_checkable
+class TellsOfItself(Protocol):
+    """An agent that goes on in another body, and tells what it is then."""
+
+    def announce(self, factsheet: Factsheet) -> None: ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSetup:
     """What an agent is made with: its spec, the locations of its reach, the names of the other robots and of the known
@@ -59,6 +67,39 @@ class AgentSetup:
     edition: int = 0
     speaks: bool = False
     peer_round_trip_s: float = 0.0
+
+    @property
+    def factsheet(self) -> Factsheet:
+        """What the robot tells of itself."""
+        spec = self.spec
+        return Factsheet(
+            body=spec.body.model_dump(mode="json"),
+            sensors=tuple(sensor.model_dump(mode="json") for sensor in spec.sensors),
+            senses=spec.senses,
+            speaks=spec.speaks,
+            repertoire=spec.repertoire,
+            speed_m_s=spec.speed_m_s,
+            turn_rad_s=spec.turn_rad_s,
+            compartment=spec.compartment,
+            aisle=spec.aisle,
+            home=spec.home,
+            edition=self.edition,
+        )
+
+    def is_for_the_same_software(self, other: "AgentSetup") -> bool:
+        """True if software made with the other can go on with this: what differs concerns its body alone."""
+        kept = {"body": other.spec.body, "sonar": other.spec.sonar}
+        mine = replace(
+            self,
+            spec=self.spec.model_copy(update=kept),
+            told=other.told,
+            body=other.body,
+            link=other.link,
+            clock=other.clock,
+            memory=other.memory,
+            edition=other.edition,
+        )
+        return mine == other
 
 
 AgentFactory = Callable[[AgentSetup], Agent]

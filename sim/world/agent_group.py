@@ -31,7 +31,7 @@ from robots.link import Link
 from robots.physical.body import Body
 from sim.clock import WorldClock
 from sim.error import SimulationError
-from sim.world.agent import Agent, AgentFactory, AgentSetup, HasMemory, HasRules
+from sim.world.agent import Agent, AgentFactory, AgentSetup, HasMemory, HasRules, TellsOfItself
 from sim.world.remote_robot import ReadingsSender, RemoteRobot, numbers_of
 
 ROBOTS_A_PROCESS = 30
@@ -59,7 +59,9 @@ class Tick(NamedTuple):
 
 
 class Makeup(NamedTuple):
-    """The agents that a group's process is to run from now on, in place of those before. Not answered."""
+    """The agents that a group's process is to run from now on, in place of those before; those whose software can go
+    on do. Not answered.
+    """
 
     make_agent: AgentFactory
     setups: Sequence[AgentSetup]
@@ -114,8 +116,30 @@ class AgentGroup(Protocol):
 class LocalGroup:
     """Agents in this process. Implements `AgentGroup`."""
 
-    def __init__(self, make_agent: AgentFactory, setups: Sequence[AgentSetup]) -> None:
-        self.agents: dict[str, Agent] = {setup.spec.name: make_agent(setup) for setup in setups}
+    def __init__(
+        self, make_agent: AgentFactory, setups: Sequence[AgentSetup], *, before: "LocalGroup | None" = None
+    ) -> None:
+        """:param before: the group in whose place this one steps; agents whose setup is the same go on in it."""
+        kept = {} if before is None else before._going_on(setups)
+        self.kept = frozenset(kept)
+        """The agents that go on."""
+        self._setups = {setup.spec.name: setup for setup in setups}
+        self.agents: dict[str, Agent] = {
+            name: kept.get(name) or make_agent(setup) for name, setup in self._setups.items()
+        }
+        for name, agent in kept.items():
+            if isinstance(agent, TellsOfItself):
+                agent.announce(self._setups[name].factsheet)
+
+    def _going_on(self, setups: Sequence[AgentSetup]) -> dict[str, Agent]:
+        """The agents that go on: the same in whichever process they are, so only if the world has the same robots."""
+        if [setup.spec.name for setup in setups] != list(self._setups):
+            return {}
+        return {
+            setup.spec.name: self.agents[setup.spec.name]
+            for setup in setups
+            if setup.is_for_the_same_software(self._setups[setup.spec.name])
+        }
 
     def begin_tick(self, ticks: int) -> None:
         for agent in self.agents.values():
@@ -158,7 +182,7 @@ class RemoteGroup:
         self.make(make_agent, setups, clock)
 
     def make(self, make_agent: AgentFactory, setups: Sequence[AgentSetup], clock: WorldClock) -> None:
-        """Run these agents from now on, in place of those before."""
+        """Run these agents from now on, in place of those before; those whose software can go on do."""
         self._robots: list[tuple[Body, Link]] = [(setup.body, setup.link) for setup in setups]
         self._senders = [ReadingsSender() for _ in setups]
         robots = [RemoteRobot() for _ in setups]
@@ -240,7 +264,7 @@ def serve(handle: int) -> None:
             while True:
                 order = pickle.loads(connection.recv_bytes())
                 if isinstance(order, Makeup):
-                    group = _FarGroup(order)
+                    group = _FarGroup(order, group)
                     continue
                 if isinstance(order, BreakAt):
                     group.break_at(order.rules)
@@ -256,10 +280,19 @@ def serve(handle: int) -> None:
 class _FarGroup:
     """The agents of a `RemoteGroup`, in their own process."""
 
-    def __init__(self, makeup: Makeup) -> None:
-        self._agents = LocalGroup(makeup.make_agent, makeup.setups)
-        self._robots = makeup.robots
-        self._clock = makeup.clock
+    def __init__(self, makeup: Makeup, before: "_FarGroup | None" = None) -> None:
+        self._clock: WorldClock = makeup.clock if before is None else before._clock
+        setups = [replace(setup, clock=self._clock) for setup in makeup.setups]
+        self._agents: LocalGroup = LocalGroup(
+            makeup.make_agent, setups, before=None if before is None else before._agents
+        )
+        names = [setup.spec.name for setup in setups]
+        theirs = {} if before is None else before._by_name
+        self._by_name: dict[str, RemoteRobot] = {
+            name: theirs[name] if name in self._agents.kept else robot
+            for name, robot in zip(names, makeup.robots, strict=True)
+        }
+        self._robots = tuple(self._by_name.values())
 
     def break_at(self, rules: Mapping[str, frozenset[str]]) -> None:
         self._agents.break_at(rules)

@@ -12,7 +12,6 @@ from robots.physical.body import ALL_SENSORS
 from robots.physical.profile import Architecture, Area, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire, read_repertoire
 from robots.social import RuleSpeech, SocialLevel
-from robots.wire import Factsheet
 from robots.world import Zone, ZoneRule
 from sim.world.agent import AgentFactory, AgentSetup
 
@@ -89,19 +88,7 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         repertoire=packets,
         memory=setup.memory,
         deliberation=mind,
-        factsheet=Factsheet(
-            body=spec.body.model_dump(mode="json"),
-            sensors=tuple(sensor.model_dump(mode="json") for sensor in spec.sensors),
-            senses=spec.senses,
-            speaks=spec.speaks,
-            repertoire=spec.repertoire,
-            speed_m_s=spec.speed_m_s,
-            turn_rad_s=spec.turn_rad_s,
-            compartment=spec.compartment,
-            aisle=spec.aisle,
-            home=spec.home,
-            edition=setup.edition,
-        ),
+        factsheet=setup.factsheet,
     )
 
 

@@ -17,6 +17,7 @@ from robots.wire import WORLD, ForeignState, Message, Performative, WorldChange,
 from robots.world import Edition, RobotSpec, Sample, WorldFile, digest_of
 from robots.world.walls import panels_of
 from sim.bodies import FloorMap, SimulatedBody, make_bodies
+from sim.bodies.exchangeable import ExchangeableBody
 from sim.clock import CONTROL_S, TICKS_PER_CONTROL, WorldClock
 from sim.physics.jaws import Jaws
 from sim.physics.scene import Scene
@@ -66,6 +67,8 @@ class Simulation:
         self._processes = processes
         self._far: list[RemoteGroup] = []
         self._breakpoints: Mapping[str, frozenset[str]] = {}
+        self._near: LocalGroup | None = None
+        self._exchangeable: dict[str, ExchangeableBody] = {}
         self._edition = _newest(world, edition, snapshot)
         self._delivered = snapshot.delivered if snapshot else frozenset[str]()
         self.link, robots_end = InMemoryLink.pair()
@@ -126,9 +129,15 @@ class Simulation:
             scene=self.scene,
             floor=FloorMap(panels, self._placement.rocks),
             jaws=self._jaws,
-            told=self._placement.told,
+            # A body in place of a former one counts on from where that one reckoned to be.
+            told={**self._placement.told, **({} if snapshot is None else snapshot.reckoned)},
             rngs=self._rngs,
         )
+        self._exchangeable = {
+            name: self._exchangeable.get(name) or ExchangeableBody(body) for name, body in self.bodies.items()
+        }
+        for name, body in self.bodies.items():
+            self._exchangeable[name].body = body
         self._homes = {spec.name: world.location(spec.home).at for spec in world.simulated if spec.home}
         self._touched: set[str] = set()
         if snapshot is not None:
@@ -140,10 +149,10 @@ class Simulation:
         shares = np.array_split(np.arange(len(setups)), self._processes)
         mine, *others = [[setups[n] for n in share] for share in shares]
         self._make_far([share for share in others if share])
-        near = LocalGroup(self._make_agent, mine)
-        self.agents: Mapping[str, Agent] = near.agents
+        self._near = LocalGroup(self._make_agent, mine, before=self._near)
+        self.agents: Mapping[str, Agent] = self._near.agents
         """Those in this process."""
-        self._groups: tuple[AgentGroup, ...] = (near, *self._far)
+        self._groups: tuple[AgentGroup, ...] = (self._near, *self._far)
         if self._breakpoints:
             self.break_at(self._breakpoints)
 
@@ -160,7 +169,8 @@ class Simulation:
     def take_up(self, edition: Edition) -> None:
         """Go on in a changed world; between two control cycles.
 
-        The world is resumed from its snapshot: what was there goes on, what is new is placed as at a start.
+        The world is resumed from its snapshot: what was there goes on, what is new is placed as at a start. Robots'
+        software goes on with all that it has in mind if nothing but its body has changed, as after a restart otherwise.
 
         :raises Exception: whatever making the changed world raises; the present one then goes on.
         """
@@ -353,7 +363,7 @@ class Simulation:
             lengths_m=self.world.lengths_m,
             told=self._placement.told[spec.name],
             round_trip_s=self.world.link_of(spec).round_trip_s,
-            body=self.bodies[spec.name],
+            body=self._exchangeable[spec.name],
             link=self.hub.link_of(spec.name),
             clock=self.clock,
             memory=memory,

@@ -331,3 +331,86 @@ def test_a_delivery_arrives_once_its_place_is_free_and_its_robots_are_not_told()
     seen = {**file.model_dump(), "samples": [known], "deliveries": deliveries[1:]}
     simulation.take_up(Edition(2, WorldFile.model_validate(seen)))
     assert simulation.truth().samples.keys() == {"sample_8", "sample_9"}
+
+
+def other_body(world: WorldFile, robot: str, kind: str) -> WorldFile:
+    document = world.model_dump()
+    robots = [one | {"body": kind} if one["name"] == robot else one for one in document["robots"]]
+    return WorldFile.model_validate({**document, "robots": robots})
+
+
+@pytest.mark.parametrize("kinds", [("avatar", "velocity"), ("wheeled", "avatar"), ("avatar", "wheeled")])
+def test_a_robots_software_goes_on_with_its_script_in_other_bodies(kinds: tuple[str, str]) -> None:
+    simulation = simulated()
+    simulation.link.send(asked_of("yard_1", ScriptRequest(script=to_the_door("yard_1"))))
+    run_s(simulation, 1.0)
+    software = dict(simulation.agents)
+    world = FILE
+    sheets: list[Factsheet] = []
+    ended: list[ScriptState] = []
+
+    def receive() -> bool:
+        for message in simulation.link.receive():
+            if message.sender == "yard_1" and isinstance(message.body, Factsheet):
+                sheets.append(message.body)
+            if message.sender == "yard_1" and isinstance(message.body, ScriptReport):
+                ended.append(message.body.state)
+        return bool(ended)
+
+    for number, kind in enumerate(kinds, 1):
+        before = simulation.truth().robots["yard_1"]
+        world = other_body(world, "yard_1", kind)
+        simulation.take_up(Edition(number, world))
+        now = simulation.truth().robots["yard_1"]
+        assert hypot(now.x_m - before.x_m, now.y_m - before.y_m) < 0.01
+        assert dict(simulation.agents) == software, "with all that they have in mind"
+        run_s(simulation, 1.0)
+        receive()
+    assert simulation.run_until(receive, timeout_s=60.0)
+    assert ended == [ScriptState.FINISHED]
+    told = {sheet.number: sheet.body["kind"] for sheet in sheets if isinstance(sheet.body, dict)}
+    assert told == dict(enumerate(("velocity", *kinds)))
+
+
+def test_a_robot_goes_on_in_its_other_body_after_a_power_failure_during_the_exchange() -> None:
+    simulation = simulated()
+    simulation.link.send(asked_of("yard_1", ScriptRequest(script=to_the_door("yard_1"))))
+    run_s(simulation, 1.5)
+    snapshot = WorldSnapshot.model_validate_json(simulation.snapshot().model_dump_json())
+    resumed = simulated(snapshot, Edition(1, other_body(FILE, "yard_1", "wheeled")))
+    again = WorldSnapshot.model_validate_json(resumed.snapshot().model_dump_json())
+    resumed = simulated(again)
+    ended: list[ScriptState] = []
+
+    def has_ended() -> bool:
+        for message in resumed.link.receive():
+            if message.sender == "yard_1" and isinstance(message.body, ScriptReport):
+                ended.append(message.body.state)
+        return bool(ended)
+
+    assert resumed.run_until(has_ended, timeout_s=60.0)
+    assert ended == [ScriptState.FINISHED]
+
+
+def test_robots_in_other_processes_go_on_as_well() -> None:
+    def ended_at(processes: int) -> list[tuple[str, float]]:
+        simulation = Simulation(FILE, make_agent=behavioural_agent, seed=3, jitter_m=0.0, processes=processes)
+        try:
+            for robot, door in (("yard_1", "door_1"), ("yard_2", "door_2")):
+                simulation.link.send(asked_of(robot, ScriptRequest(script=to_the_door(robot, door))))
+            run_s(simulation, 1.0)
+            simulation.take_up(Edition(1, other_body(FILE, "yard_2", "wheeled")))
+            ended: list[tuple[str, float]] = []
+
+            def both_ended() -> bool:
+                for message in simulation.link.receive():
+                    if isinstance(message.body, ScriptReport):
+                        ended.append((message.sender, message.sent_at_s))
+                return len(ended) == 2
+
+            assert simulation.run_until(both_ended, timeout_s=60.0)
+            return ended
+        finally:
+            simulation.close()
+
+    assert ended_at(2) == ended_at(1)

@@ -106,11 +106,14 @@ def test_the_digest_tells_worlds_apart_but_not_how_a_file_is_written() -> None:
     assert digest_of(world) != digest_of(embodied(world, {"kind": "wheeled"}))
 
 
-def test_a_body_of_another_kind_is_no_body_to_go_on_with() -> None:
+def test_a_body_of_another_kind_begins_at_rest_where_the_former_one_reckoned_to_be() -> None:
     world = two_rooms()
-    snapshot = taken(wandering(world))
-    with pytest.raises(ValueError, match="fred has wheels, but its snapshot has none"):
-        wandering(embodied(world, {"kind": "wheeled"}), snapshot)
+    before = wandering(world)
+    snapshot = taken(before)
+    body = wandering(embodied(world, {"kind": "wheeled"}), snapshot).bodies["fred"]
+    assert body.get_position() == before.bodies["fred"].get_position()
+    assert body.driven == (0.0, 0.0)
+    assert body.battery.left_j == before.bodies["fred"].battery.left_j
 
 
 def test_a_held_sample_is_still_held_and_out_of_the_way() -> None:
