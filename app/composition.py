@@ -32,6 +32,7 @@ from app.domain.mission_organiser import Margin
 from app.domain.world_model.senses import restricted_senses
 from app.missions.dialogues import DialogueService
 from app.missions.dispatch import ScriptDispatcher
+from app.missions.embodiments import EmbodimentService
 from app.missions.factsheets import Factsheets
 from app.missions.fleet_run import DeclaresPacks, FleetRun
 from app.missions.life import MissionLife, WorldTime
@@ -356,6 +357,9 @@ class Service:
             changes=self.world_changes,
             waiting=self._waiting_goals,
         )
+        self.embodiments = EmbodimentService(
+            core, worlds=self._files, clocks=self.clocks, changes=self.world_changes
+        )
         self.factsheets = Factsheets(
             core,
             worlds=self._files,
@@ -494,6 +498,7 @@ class Service:
             has_lease=drives_world,
             each_turn=partial(_call_all, (self._files.follow, each_turn)),
             factsheets=self.factsheets,
+            embodiments=self.embodiments,
             foreign=ForeignStates(self.core, worlds=self._files, board=self.board, world=name).due,
             editions=EditionDelivery(
                 self.core,
@@ -537,6 +542,7 @@ class Service:
             world_set=self.world_set,
             world_changes=self.world_changes,
             roles=self.roles,
+            embodiments=self.embodiments,
             sensor_sources=SensorSources(worlds=self._files, changes=self.world_changes),
             factsheets=self.factsheets,
             robots=self.robots,

@@ -13,6 +13,8 @@ TEXT = (Path(__file__).parent.parent / PAGE).read_text()
 BLOCKS = [json.loads(block) for block in re.findall(r"```json\n(.*?)```", TEXT, re.DOTALL)]
 OPTIONAL = {
     "fault_report",
+    "mind_order",
+    "mind_order_report",
     "mind_query",
     "mind_report",
     "retune",

@@ -347,6 +347,8 @@ interface Robot {
   repertoire?: string[];
   reach?: string[];
   role?: string | null;
+  /** What its mind is in; null of a door, hatch or lift. */
+  body?: "virtual" | "simulated" | "real" | null;
 }
 
 /** A response in [-1, 1] and its utility in [0, 1]. */

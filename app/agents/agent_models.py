@@ -37,6 +37,9 @@ from robots.wire import (
     FactsheetState,
     ForeignState,
     Message,
+    MindOrder,
+    MindOrderReport,
+    MindVerb,
     NotUnderstood,
     Performative,
     Receipt,
@@ -64,7 +67,8 @@ message may be lost."""
 
 TUNING = "tuning"
 RULES = "rules"
-"""In the ids of messages that bring them."""
+MIND = "mind"
+"""In the ids of messages that bring them, or orders to minds."""
 MAX_DIGITS = 10
 """Of the version of a tuning or of rules."""
 
@@ -108,6 +112,30 @@ class FactsheetKeeper(Protocol):
         ...
 
 
+class DueOrder(Protocol):
+    """An order to a robot's mind that it has not answered."""
+
+    @property
+    def robot(self) -> str: ...
+
+    @property
+    def order(self) -> MindOrder: ...
+
+
+class EmbodimentKeeper(Protocol):
+    """Moves robots' minds from body to body."""
+
+    def due(self, world: str) -> Sequence[DueOrder]:
+        """The orders that robots of the world have not answered."""
+        ...
+
+    def record_answer(
+        self, world: str, robot: str, performative: Performative, report: MindOrderReport
+    ) -> None:
+        """Record a robot's answer to an order to its mind."""
+        ...
+
+
 class AgentModels:
     """The agent models of one world's robots, on one link, in one thread."""
 
@@ -132,6 +160,7 @@ class AgentModels:
         each_turn: Callable[[], None] = lambda: None,
         editions: EditionDelivery | None = None,
         factsheets: FactsheetKeeper | None = None,
+        embodiments: EmbodimentKeeper | None = None,
         foreign: Callable[[], ForeignState | None] = lambda: None,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
@@ -146,6 +175,7 @@ class AgentModels:
         :param each_turn: called in each turn of the loop, before messages are received.
         :param editions: tells the world of its changes; None: it never changes.
         :param factsheets: of robots that announce themselves; None: nobody answers them.
+        :param embodiments: moves robots' minds; None: nobody does.
         :param foreign: what the world is to be told now of robots that it does not simulate.
         """
         self._links = robots
@@ -171,6 +201,7 @@ class AgentModels:
         self._each_turn = each_turn
         self._editions = editions
         self._factsheets = factsheets
+        self._embodiments = embodiments
         self._foreign = foreign
         self._wall = wall
         self._served: Mapping[str, LinkSpec] = {}
@@ -253,13 +284,17 @@ class AgentModels:
             return True
         self._board.heard(message.sender)
         is_handled = self._questions.answered(message) or self._teleoperation.refused(message)
-        if is_handled or not self._has_lease():
-            return True
+        return is_handled or not self._has_lease() or self._follow(message)
+
+    def _follow(self, message: Message) -> bool:
+        """Take the answer to what was delivered, or what a robot says; False if it is a message to be recorded."""
         match message.body:
             case TuningReport() as report:
                 self._tunings.record_answer(self._world, message.sender, message.performative, report)
             case RulesReport() as report:
                 self._rules.record_answer(self._world, message.sender, message.performative, report)
+            case MindOrderReport() as report if self._embodiments is not None:
+                self._embodiments.record_answer(self._world, message.sender, message.performative, report)
             case SpeechAct() as act:
                 self._hear(message, act)
             case UnknownBody():
@@ -353,6 +388,8 @@ class AgentModels:
             files = {**dict(rules.files), **dict(rules.role_files)}
             rule_set = RuleSet(version=rules.version, files=files, role=rules.role)
             send(rules.robot, f"{rules.robot}:{RULES}:{rules.version}", Performative.REQUEST, rule_set)
+        for due in () if self._embodiments is None else self._embodiments.due(self._world):
+            send(due.robot, order_id(due.robot, due.order), Performative.REQUEST, due.order)
         for said in () if self._speech is None else self._speech.due(self._world):
             if said.robot in self._robots:
                 send(said.robot, said.message_id, said.performative, said.act, in_reply_to=said.in_reply_to)
@@ -398,6 +435,12 @@ class AgentModels:
         ]
 
 
+def order_id(robot: str, order: MindOrder) -> str:
+    """The id of the message that brings an order to a mind: a later lease is another order."""
+    until = "" if order.lease_until_s is None else f":{order.lease_until_s:.1f}"
+    return f"{robot}:{MIND}:{order.fence}:{order.verb}{until}"
+
+
 def _as_refusal(message: Message) -> Message:
     """A refusal for a robot's not-understood, if the request's id names its subject; other messages as they are."""
     if not isinstance(message.body, NotUnderstood):
@@ -405,8 +448,11 @@ def _as_refusal(message: Message) -> Message:
     subject, _, request = (message.in_reply_to or "").partition(":")
     reason = f"not understood: {message.body.reason}"
     kind, _, version = request.partition(":")
-    body: TuningReport | RulesReport | Refusal
-    if kind in (TUNING, RULES) and version.isdecimal() and len(version) < MAX_DIGITS:
+    body: TuningReport | RulesReport | MindOrderReport | Refusal
+    fence, _, verb = version.partition(":")
+    if kind == MIND and fence.isdecimal() and len(fence) < MAX_DIGITS and verb == MindVerb.REST:
+        body = MindOrderReport(verb=MindVerb.REST, fence=int(fence), reason=reason)
+    elif kind in (TUNING, RULES) and version.isdecimal() and len(version) < MAX_DIGITS:
         answer = TuningReport if kind == TUNING else RulesReport
         body = answer(version=int(version), reason=reason)
     elif request:

@@ -23,6 +23,7 @@ from app.store.records import lost_robots, robots_out_of_service, unasked_robots
 from app.store.roles import roles_of
 from planner import Fact
 from robots.world import Peripheral, RobotSpec, WorldFile
+from robots.world.bodies import BodyKind, kind_of
 
 ROBOT = "robot"
 """The kind of what drives."""
@@ -42,6 +43,7 @@ class RobotReport:
     :param senses: the predicates whose facts it senses.
     :param mission_id: the mission that it is reserved for.
     :param role: that it plays; None: none.
+    :param body: of a robot, what kind of body its mind is in; None of a peripheral.
     :param lost: set if it was declared lost.
     :param out_of_service: set if it was taken out of service.
     :param unasked: set if it does not understand status queries.
@@ -60,6 +62,7 @@ class RobotReport:
     reach: Sequence[str]
     mission_id: str | None
     role: str | None
+    body: BodyKind | None
     lost: LostRobotRow | None
     out_of_service: OutOfServiceRow | None
     unasked: UnaskedRobotRow | None
@@ -190,6 +193,7 @@ class RobotDirectory:
             reach=world.reached_by.get(view.name, ()),
             mission_id=mission_id,
             role=role,
+            body=kind_of(spec.body, external=spec.external) if isinstance(spec, RobotSpec) else None,
             lost=lost,
             out_of_service=out_of_service,
             unasked=unasked,

@@ -26,6 +26,7 @@ from app.api.bodies import GoalBody, plan_body
 from app.api.breakpoints import breakpoints_router
 from app.api.conversations import conversations_router
 from app.api.dialogues import dialogues_router
+from app.api.embodiments import embodiments_router
 from app.api.event_schema import GOAL_STATE, MISSION_STATE, PLAN_STATE
 from app.api.executors import executors_router
 from app.api.factsheets import factsheets_router
@@ -49,6 +50,7 @@ from app.api.world_changes import world_changes_router
 from app.api.world_set import world_set_router
 from app.api.worlds import worlds_router
 from app.missions.dialogues import DialogueService
+from app.missions.embodiments import EmbodimentService
 from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
@@ -118,6 +120,7 @@ class Services:
     breakpoints: BreakpointService
     roles: RoleService
     sensor_sources: SensorSources
+    embodiments: EmbodimentService
     speech: SpeechService
     dialogues: DialogueService
     lost_robots: LostRobots
@@ -167,6 +170,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     api.include_router(breakpoints_router(service.breakpoints))
     api.include_router(conversations_router(service.robots, service.speech))
     api.include_router(robot_sensors_router(service.sensor_sources))
+    api.include_router(embodiments_router(service.embodiments))
     api.include_router(dialogues_router(service.dialogues))
     api.include_router(teleoperation_router(service.teleoperation))
     api.include_router(

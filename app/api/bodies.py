@@ -21,6 +21,7 @@ from app.store import GoalRow, PlanRow
 from app.store.records import values_of
 from planner import Objective
 from robots.wire import FactsheetState, SymbolicFact
+from robots.world.bodies import BodyKind
 
 Item = TypeVar("Item")
 
@@ -407,6 +408,9 @@ class RobotBody(BaseModel):
     script_id: str | None = None
     role: str | None = Field(
         default=None, description="that it plays, which may limit what it is recruited for"
+    )
+    body: BodyKind | None = Field(
+        default=None, description="what kind of body its mind is in; null of a door, hatch or lift"
     )
     lost: LostBody | None = Field(default=None, description="set if the robot was declared lost")
     out_of_service: OutOfServiceBody | None = Field(

@@ -235,6 +235,7 @@ def _robot(report: RobotReport) -> RobotBody:
         reach=list(report.reach),
         mission_id=report.mission_id,
         role=report.role,
+        body=report.body,
         lost=None if report.lost is None else LostBody.model_validate(report.lost),
         out_of_service=None
         if report.out_of_service is None

@@ -106,6 +106,36 @@ def twin(
 
 
 @commands.command()
+def embody(
+    robot: Annotated[str, typer.Argument(help="The robot's name.", metavar="NAME")],
+    body: Annotated[
+        str | None,
+        typer.Argument(
+            help="Kind of the body: avatar, velocity, wheeled (default: say which it is in).",
+            metavar="BODY",
+        ),
+    ] = None,
+    lease_s: Annotated[
+        float | None,
+        typer.Option(
+            help="Seconds that it may act there without hearing of the service (default: without end)."
+        ),
+    ] = None,
+    patience_s: Annotated[float, typer.Option(min=0, help="Seconds that the move's end is awaited.")] = 60.0,
+    service: Service = LOCAL,
+) -> None:
+    """Move a robot's mind into another body on a running service, while it works, too, or say which body it is in.
+
+    The service's token is read from MACTA_TOKEN. Refused with the reason while the robot could not go on there.
+    """
+    from app.cli.embody import embody as run
+    from app.cli.service_calls import connected
+
+    with reported_errors(), connected(service) as client:
+        typer.echo(run(client, robot, body, lease_s=lease_s, patience_s=patience_s))
+
+
+@commands.command()
 def role(
     robot: Annotated[str, typer.Argument(help="The robot's name.", metavar="NAME")],
     wanted: Annotated[

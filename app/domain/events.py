@@ -11,6 +11,7 @@ from enum import StrEnum
 from typing import ClassVar
 
 from app.domain.lifecycles.dialogue import DialogueState
+from app.domain.lifecycles.embodiment import EmbodimentState
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.hold import HoldEnding
 from app.domain.lifecycles.mission import ENDED, MissionState
@@ -843,6 +844,22 @@ class RoleCleared(Event, type="role.cleared"):
     version: int
     role: str
     rules_version: int
+
+
+class EmbodimentChanged(Event, type="embodiment.{0.state}", states=tuple(EmbodimentState)):
+    """A move of the robot's mind into another body has come so far. `fence`: its fencing number; `body`, `former`: the
+    kinds of the two bodies; `edition`: of the world, which exchanges them, null: none is made; `reason`: why the mind
+    does not get the other body.
+    """
+
+    world: str
+    fence: int
+    state: EmbodimentState
+    body: str
+    former: str
+    edition: int | None
+    actor: str
+    reason: str
 
 
 class UpkeepReported(Event, type="upkeep.{0.state}", states=tuple(PacketState)):

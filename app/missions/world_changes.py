@@ -1,7 +1,7 @@
 """Changes of a world while it runs: checked, recorded as an edition with its reason, and undone."""
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pydantic import TypeAdapter, ValidationError
@@ -39,6 +39,7 @@ from app.store import (
     ConversationRow,
     DialogueRow,
     EditionRow,
+    EmbodimentRow,
     FactsheetRow,
     LostRobotRow,
     MissionRow,
@@ -238,15 +239,17 @@ class WorldChanges:
         expected: int | None = None,
         undoes: int | None = None,
         observed: bool = False,
+        resting: Collection[str] = (),
     ) -> EditionRow:
         """Make the edits within a transaction; see `change`. It locks the world's missions, then the world.
 
         :param observed: the edits were seen to be so: beliefs and missions in the way give way.
+        :param resting: robots whose minds rest: their bodies are exchanged though missions need them.
         """
         core = self._core
         lock_running_missions(session, world)  # lock order: missions before the world
         row = core.facts.lock(session, world)
-        checked = self.checked(session, world, edits, expected, observed=observed)
+        checked = self.checked(session, world, edits, expected, observed=observed, resting=resting)
         edited = checked.edited
         at_s = self._clocks[world].now_s()
         change = checked.change
@@ -302,6 +305,7 @@ class WorldChanges:
         expected: int | None = None,
         *,
         observed: bool = False,
+        resting: Collection[str] = (),
     ) -> CheckedChange:
         """What the edits would change, within a transaction; raises what `make` would."""
         self._worlds.read(session)
@@ -319,7 +323,7 @@ class WorldChanges:
             supposed = revise_beliefs(facts, (), wrong)
         edited = apply_edits(edition.world, edits, supposed, self._core.knowledge_base)
         if not observed:
-            self._refuse_needed(session, edition.world, edited)
+            self._refuse_needed(session, edition.world, edited, resting)
             self._refuse_connected(edition.world, edited)
             self._refuse_foreign(world, edited)
         return CheckedChange(
@@ -358,7 +362,9 @@ class WorldChanges:
             except RobotError as error:
                 raise Invalid(f"edits.{index}: rules: {error}", code="unfit-rules") from error
 
-    def _refuse_needed(self, session: Session, before: WorldFile, edited: EditedWorld) -> None:
+    def _refuse_needed(
+        self, session: Session, before: WorldFile, edited: EditedWorld, resting: Collection[str]
+    ) -> None:
         """Refuse edits of what a running mission still needs, and zones to keep out of, or for one robot, with such a
         place."""
         restricted = restricted_places(edited.world)
@@ -374,7 +380,7 @@ class WorldChanges:
             for index, edit in enumerate(edited.made):
                 if isinstance(edit, ChangeRobot):
                     robot = before.robots_by_name.get(edit.name)
-                    if robot is not None and edit.swaps_ring(robot):
+                    if edit.name in resting or (robot is not None and edit.swaps_ring(robot)):
                         continue
                 names = {berth for name in edit.touched for berth in (name, *berths_of(name, before))}
                 if needed := sorted(names & mission.reservation.names):
@@ -466,7 +472,17 @@ def _forget_gone(session: Session, world: WorldFile) -> None:
     """Drop what is recorded of samples and robots that the world no longer has."""
     here = {one.name for one in world.agents} | {one.name for one in world.samples}
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
-    for table in (LostRobotRow, OutOfServiceRow, TuningRow, RulesRow, RoleRow, ConversationRow, DialogueRow):
+    tables = (
+        LostRobotRow,
+        OutOfServiceRow,
+        TuningRow,
+        RulesRow,
+        RoleRow,
+        ConversationRow,
+        DialogueRow,
+        EmbodimentRow,
+    )
+    for table in tables:
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
     session.execute(
         delete(FactsheetRow).where(

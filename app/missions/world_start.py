@@ -4,7 +4,7 @@ and the earlier run's missions end.
 
 from collections.abc import Collection
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from app.agents.rules import renew_rules
@@ -25,7 +25,17 @@ from app.missions.dialogues import end_dialogues
 from app.missions.ending import end_mission
 from app.planning.hold_service import end_spans
 from app.planning.proposals import close_plans
-from app.store import FactRow, GoalRow, LostRobotRow, MissionRow, NumberRow, ScriptRow, UnknownRow, WorldRow
+from app.store import (
+    EmbodimentRow,
+    FactRow,
+    GoalRow,
+    LostRobotRow,
+    MissionRow,
+    NumberRow,
+    ScriptRow,
+    UnknownRow,
+    WorldRow,
+)
 from app.store.event_log import EventLog
 from robots.wire import FailureCategory
 from robots.world import WorldFile
@@ -81,6 +91,11 @@ def start_world_run(
     facts = initial_facts(world, core.knowledge_base)
     renew_tunings(session, world.name)
     renew_rules(session, world.name)
+    session.execute(
+        update(EmbodimentRow)
+        .where(EmbodimentRow.world == world.name)
+        .values(lease_until_s=None, lease_told_s=None)
+    )  # its robots know of no lease
     core.facts.change(session, world.name, add=facts, source=source, at_s=0.0)
     core.facts.numbers.complete(session, world, facts, source=source, at_s=0.0)
     session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))

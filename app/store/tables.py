@@ -560,6 +560,33 @@ class RoleRow(Base):
     decided_at: Mapped[str | None]
 
 
+class EmbodimentRow(Base):
+    """A move of a robot's mind into another body, by its fencing number, which counts up for each robot.
+
+    `state`, `reason`: see `app.domain.lifecycles.embodiment`. `body`, `former`: as in a world file. `edition`: of the
+    world, which exchanges the bodies; None: none was made. `lease_s`: how long the robot may act without hearing of the
+    service, None: without end; `lease_until_s`: the latest time that it was promised, `lease_told_s`: that it has
+    confirmed, both by the world's clock.
+    """
+
+    __tablename__ = "embodiments"
+    world: Mapped[str] = mapped_column(ForeignKey("worlds.id"), primary_key=True)
+    robot: Mapped[str] = mapped_column(String(64), primary_key=True)
+    fence: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    state: Mapped[str]
+    reason: Mapped[str] = mapped_column(default="")
+    body: Mapped[dict[str, Any]]
+    former: Mapped[dict[str, Any]]
+    edition: Mapped[int | None]
+    lease_s: Mapped[float | None]
+    lease_until_s: Mapped[float | None]
+    lease_told_s: Mapped[float | None]
+    actor: Mapped[str]
+    comment: Mapped[str] = mapped_column(default="")
+    created_at: Mapped[str] = mapped_column(default=utc_now)
+    ended_at: Mapped[str | None]
+
+
 class ConversationRow(Base):
     """A conversation of the service with a robot, by an interaction protocol of FIPA.
 

@@ -14,6 +14,7 @@ from robots.executive.breakpoints import Halt
 from robots.executive.control_loop import LOOPS, ControlLoop
 from robots.executive.deliberation import Deliberation
 from robots.executive.discoveries import Discoveries
+from robots.executive.embodiment import Answer, Embodiment
 from robots.executive.executive import Executive
 from robots.executive.leg_cost import offer
 from robots.executive.memory import AgentMind, BodyMemory, RobotMemory
@@ -41,6 +42,7 @@ from robots.wire import (
     ControlVerb,
     Factsheet,
     Message,
+    MindOrder,
     MindQuery,
     MindReport,
     PacketReport,
@@ -64,6 +66,8 @@ from robots.wire import (
 
 FAULT_S = 5.0
 """The robot stands still for this long while an essential sensor fails; then it gives up its script."""
+AT_REST = (MindOrder, MindQuery, StatusQuery, TraceQuery)
+"""What is handled while the mind rests; other messages wait until it goes on."""
 READ_ONCE = tuple(SensorAction(sensor=sensor, mode=Mode.ONE_SHOT) for sensor in sorted(REPORTED))
 
 
@@ -114,6 +118,10 @@ class BehaviouralAgent:
         self._stale = StaleScripts()
         self._percepts: Percepts | None = None
         self._deferred: list[Message] = []
+        self._embodiment = Embodiment()
+        self._has_stood = False
+        self._withheld: list[Message] = []
+        """Messages that have come while the mind rests."""
         self._last_s: float | None = None
         self._fault = ""
         self._fault_s = 0.0
@@ -125,9 +133,9 @@ class BehaviouralAgent:
             self._recall_mind(memory.mind)
             if memory.body is not None:
                 self._recall_body(memory.body)
-        said = self._announced
-        is_said = factsheet is not None and said is not None and said.content == factsheet.content
-        self._unannounced = None if is_said else factsheet
+        self._unannounced: Factsheet | None = None
+        if factsheet is not None:
+            self.announce(factsheet)
 
     def break_at(self, rules: frozenset[str]) -> None:
         """Hold back what these rules, "guard:3" and the like, commit to until the next tick; for simulations."""
@@ -164,6 +172,7 @@ class BehaviouralAgent:
             tuning=self._tuning,
             social=SocialMemory() if self._society is None else self._society.memory(),
             rules=None if self._deliberation is None else self._deliberation.memory(),
+            embodiment=self._embodiment.memory(),
         )
 
     def _body_memory(self) -> BodyMemory:
@@ -185,6 +194,7 @@ class BehaviouralAgent:
         self._executive.retune(self._repertoire.tuned(mind.tuning))
         self._executive.recall(mind.executive, now_s)
         self._upkeep.state = mind.upkeep.saved()
+        self._embodiment.recall(mind.embodiment)
         if self._society is not None:
             self._society.recall(mind.social)
         if self._deliberation is not None and mind.rules is not None:
@@ -195,6 +205,12 @@ class BehaviouralAgent:
         self._perception.held = body.held
         self._announced = body.announced
         self._meter = SensingMeter(load_powers(), used_j=body.sensing_used_j, saved_j=body.sensing_saved_j)
+
+    def announce(self, factsheet: Factsheet) -> None:
+        """Tell what the robot is from now on, unless it was told already."""
+        said = self._announced
+        is_said = said is not None and said.content == factsheet.content
+        self._unannounced = None if is_said else factsheet
 
     @property
     def trace(self) -> Trace:
@@ -209,6 +225,24 @@ class BehaviouralAgent:
         self._meter.count(self._sensory.running, step_s)
         percepts = self._sense(now_s, step_s)
         one_shots = self._handle_messages(now_s)
+        self._settle_rest(percepts, now_s)
+        if self._embodiment.stands(now_s):
+            self._has_stood = True
+            self._command(Motion())
+            self._sensory.run(one_shots, self._executive.wanted)
+        else:
+            self._act(percepts, step_s, now_s, one_shots)
+        self._announce(now_s)
+        self._send_reports(now_s)
+        self._send_telemetry(now_s)
+
+    def _act(
+        self, percepts: Percepts | None, step_s: float, now_s: float, one_shots: tuple[SensorAction, ...]
+    ) -> None:
+        """Speak, decide and move; a mind that rests does not."""
+        if self._has_stood:
+            self._has_stood = False
+            self._executive.go_on()
         self._speak()
         self._start_upkeep(percepts)
         if self._deliberation is not None:
@@ -220,9 +254,18 @@ class BehaviouralAgent:
             percepts.drive_command = self._teleoperation.command(now_s)
         self._command(self._loop.execute(percepts, step_s) if percepts else Motion())
         self._sensory.run((*self._beside(), *one_shots), self._executive.wanted)
-        self._announce(now_s)
-        self._send_reports(now_s)
-        self._send_telemetry(now_s)
+
+    def _settle_rest(self, percepts: Percepts | None, now_s: float) -> None:
+        """Let the mind come to rest if that was asked for and this is a safe point."""
+        driver = self._teleoperation.driver
+        held = None if percepts is None else why_held(self.profile, percepts, may_carry=True)
+        unsafe = f"{driver} drives it" if driver is not None else held or self._executive.unsafe
+        odometry = None if percepts is None else percepts.odometry
+        if (settled := self._embodiment.settle(odometry, now_s, unsafe=unsafe)) is not None:
+            self._answer_order(settled, now_s)
+
+    def _answer_order(self, settled: Answer, now_s: float) -> None:
+        self._mailbox.answer(settled.request, settled.performative, settled.report, now_s)
 
     def _beside(self) -> tuple[SensorAction, ...]:
         """The sensor actions to run until the next tick, with those that its rules and questions to it need."""
@@ -289,13 +332,19 @@ class BehaviouralAgent:
 
     def _handle_messages(self, now_s: float) -> tuple[SensorAction, ...]:
         """Handle the new messages. If the robot senses nothing, those whose answer reports percepts are handled in the
-        next tick, after the one-shot sensor actions that are returned.
+        next tick, after the one-shot sensor actions that are returned; of a mind that rests, most once it goes on.
         """
         deferred = self._deferred
         self._deferred = []
         for message in deferred:
             self._handle(message, now_s)
-        for message in self._mailbox.collect(now_s):
+        withheld = self._withheld
+        self._withheld = []
+        for message in (*withheld, *self._mailbox.collect(now_s)):
+            if self._embodiment.stands(now_s) and not isinstance(message.body, AT_REST):
+                if not isinstance(message.body, SetPoint):
+                    self._withheld.append(message)
+                continue
             blind = self._percepts is None or not self._percepts.data.holds(REPORTED)
             if blind and self._needs_percepts(message):
                 self._deferred.append(message)
@@ -409,6 +458,9 @@ class BehaviouralAgent:
                 run = self._executive.current
                 conditions = () if run is None else tuple(run.traced_conditions())
                 self._mailbox.tell(message, self.trace.report(now_s, seconds, conditions), now_s)
+            case MindOrder() as order:
+                if (settled := self._embodiment.follow(message, order, now_s)) is not None:
+                    self._answer_order(settled, now_s)
             case MindQuery():
                 self._mailbox.tell(message, self._mind(now_s), now_s)
             case Retune() as wanted:

@@ -275,6 +275,21 @@ class Executive:
         self._apply(run, run.fail(category, f"was given up: {reason}", percepts), percepts, now_s)
         return None
 
+    @property
+    def unsafe(self) -> str:
+        """Why what is under way could not go on in another body, in words; empty if it could."""
+        run = self.current
+        if run is not None and run.grips:
+            return f"{run.packet.tag} moves the jaws"
+        if self._own is not None:
+            return f"{self._own.current.packet.tag} of its own runs between packets of its script"
+        return ""
+
+    def go_on(self) -> None:
+        """Go on after a rest: what happened meanwhile is not the current packet's way."""
+        if (run := self.current) is not None:
+            run.resume_after_own()
+
     def _prepare(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
         """The runs of a script's packets, and its state machine.
 

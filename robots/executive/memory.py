@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from robots.contract.memory import MailboxMemory, SocialMemory, StaleMemory
 from robots.data import Checked, Memory
+from robots.executive.embodiment import EmbodimentMemory
 from robots.executive.mind_memory import MindMemory
 from robots.perception.localisation import EstimateMemory
 from robots.perception.progress import WayMemory
@@ -74,8 +75,9 @@ class AgentMind(Checked):
     `executive`: the script with its place in it; `upkeep`: its own scripts' ids count on by it; `verdicts`: script id
     to the reason of its refusal, None if it was accepted; `stale`: scripts that are not accepted any longer; `mailbox`:
     answers to the service, and reports without a receipt; `social`: what is still to be said to other robots; `tuning`:
-    of packets; `rules`: of the deliberative level with the role and what was adopted as beliefs, None without one. Ids
-    of scripts and messages are part of it, so that nothing is done or told twice in another body.
+    of packets; `rules`: of the deliberative level with the role and what was adopted as beliefs, None without one;
+    `embodiment`: whether it rests, or until when it may act. Ids of scripts and messages are part of it, so that
+    nothing is done or told twice in another body.
     """
 
     executive: ExecutiveMemory
@@ -87,6 +89,7 @@ class AgentMind(Checked):
     tuning_version: int
     tuning: PacketTunings
     rules: MindMemory | None = None
+    embodiment: EmbodimentMemory = EmbodimentMemory()
 
 
 class BodyMemory(Checked):

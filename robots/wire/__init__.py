@@ -1,5 +1,6 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
+from robots.wire.embodiment import MindOrder, MindOrderReport, MindVerb
 from robots.wire.messages import (
     CONTRACT,
     KINDS,
@@ -116,8 +117,11 @@ __all__ = [
     "ForeignState",
     "ImageResult",
     "Message",
+    "MindOrder",
+    "MindOrderReport",
     "MindQuery",
     "MindReport",
+    "MindVerb",
     "MovedSample",
     "NotUnderstood",
     "PacketReport",

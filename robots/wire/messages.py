@@ -13,6 +13,7 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
 from robots.data import StrEnum
+from robots.wire.embodiment import MindOrder, MindOrderReport
 from robots.wire.operator import (
     MindQuery,
     MindReport,
@@ -381,6 +382,8 @@ KnownBody = Annotated[
     | TuningReport
     | RuleSet
     | RulesReport
+    | MindOrder
+    | MindOrderReport
     | SetPoint
     | SetPointRefusal
     | Receipt

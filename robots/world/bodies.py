@@ -4,11 +4,22 @@ from typing import Annotated, ClassVar, Literal, get_args
 
 from pydantic import Field
 
-from robots.data import Checked
+from robots.data import Checked, StrEnum
 from robots.extensions import BODIES
 from robots.world.package_parts import PackagePartSpec, PartOfPackage
 
 Kind = Literal["velocity", "wheeled", "avatar"]
+
+
+class BodyKind(StrEnum):
+    """What a robot's body is (SRA: real, simulated and virtual robots)."""
+
+    VIRTUAL = "virtual"
+    """An avatar: in the simulation, without physics."""
+    SIMULATED = "simulated"
+    """In the simulation, moved by its physics."""
+    REAL = "real"
+    """With software of its own, outside of the simulation."""
 
 
 class Ramps(Checked):
@@ -94,3 +105,10 @@ BodySpec = Annotated[
         stated_as=Kind | ShippedBodySpec | str | PackageBodySpec,
     ),
 ]
+
+
+def kind_of(body: BodySpec, *, external: bool) -> BodyKind:
+    """What a robot's body is. `external`: software of its own speaks for the robot."""
+    if external:
+        return BodyKind.REAL
+    return BodyKind.SIMULATED if body.is_solid else BodyKind.VIRTUAL

@@ -22,8 +22,11 @@ from robots.wire import (
     FactsheetAnswer,
     FailureCategory,
     Message,
+    MindOrder,
+    MindOrderReport,
     MindQuery,
     MindReport,
+    MindVerb,
     NotUnderstood,
     PacketReport,
     PacketResult,
@@ -86,6 +89,9 @@ class FakeRobot:
     """The number of the newest order followed on the script."""
     heard: list[tuple[str, str, str]] = field(default_factory=list)
     """Performative, content and speaker of what was said to it, each once."""
+    orders: list[MindOrder] = field(default_factory=list)
+    """What its mind was ordered, each once."""
+    rests: bool = False
     says: dict[str, list[tuple[Performative, str]]] = field(default_factory=dict)
     """What it answers, one after the other, by the name of the content's term, or its beginning, `leg(leg_1`; else
     nothing.
@@ -120,6 +126,8 @@ class Faults:
     late_s: dict[tuple[str, str], float] = field(default_factory=dict)
     """By how much a robot's report that a packet of a tag has ended arrives late."""
     repeats: bool = False
+    world_refuses: bool = False
+    """The world takes up no edition."""
     lost: int = 0
     """So many of the next messages to robots never arrive."""
 
@@ -258,8 +266,10 @@ class FakeTeam:
     def _take_as_world(self, message: Message) -> None:
         if isinstance(message.body, WorldChange):
             self.editions.append(message.body.edition)
-            taken = WorldEdition(edition=message.body.edition)
-            self._far.send(self._message(WORLD, Performative.AGREE, taken, message.id))
+            refused = self.faults.world_refuses
+            taken = WorldEdition(edition=message.body.edition, reason="it cannot be made" if refused else "")
+            performative = Performative.REFUSE if refused else Performative.AGREE
+            self._far.send(self._message(WORLD, performative, taken, message.id))
 
     def _note_answer(self, message: Message, answer: Receipt | FactsheetAnswer) -> None:
         if isinstance(answer, FactsheetAnswer):
@@ -340,8 +350,8 @@ class FakeTeam:
                 return self._message(
                     name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
                 )
-            case Control() as order:
-                return self._ordered(message, order, robot)
+            case Control() | MindOrder():
+                return self._obey(message, message.body, robot)
             case StatusQuery(script_id=script_id):
                 known = robot.script is not None and robot.script.id == script_id
                 waits = known and not robot.started and robot.state is ScriptState.RUNNING
@@ -356,6 +366,20 @@ class FakeTeam:
                 )
                 return self._message(name, Performative.INFORM, status, message.id)
         raise AssertionError(f"a robot is not sent {message.body.kind}")
+
+    def _obey(self, message: Message, order: Control | MindOrder, robot: FakeRobot) -> Message:
+        name = message.receiver
+        if isinstance(order, Control):
+            return self._ordered(message, order, robot)
+        robot.orders.append(order)
+        refused = name in self.faults.refuses
+        if not refused:
+            robot.rests = order.verb is MindVerb.REST
+        report = MindOrderReport(
+            verb=order.verb, fence=order.fence, reason=f"{name} is not willing" if refused else ""
+        )
+        performative = Performative.REFUSE if refused else Performative.AGREE
+        return self._message(name, performative, report, message.id)
 
     def _ordered(self, message: Message, order: Control, robot: FakeRobot) -> Message:
         name, script_id = message.receiver, order.script_id
@@ -382,7 +406,9 @@ class FakeTeam:
             robot.state = ScriptState.PAUSED if verb is ControlVerb.PAUSE else ScriptState.RUNNING
 
     def _work(self, name: str, robot: FakeRobot) -> None:
-        if robot.script is None or robot.state not in (ScriptState.ACCEPTED, ScriptState.RUNNING):
+        if robot.rests or robot.script is None:
+            return
+        if robot.state not in (ScriptState.ACCEPTED, ScriptState.RUNNING):
             return
         packet = robot.script.packets[robot.packet]
         if not robot.started:

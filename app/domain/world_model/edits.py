@@ -192,7 +192,7 @@ class ChangeRobot(EditOfOne):
     repertoire: tuple[Tag, ...] | None = None
     speed_m_s: Speed | None = None
     turn_rad_s: TurnRate | None = None
-    body: BodySpec | None = Field(default=None, description="only of a robot that is not simulated")
+    body: BodySpec | None = None
     sonar: Sonar | None = None
     sensors: tuple[SensorSpec, ...] | None = None
     senses: tuple[Name, ...] | None = Field(
@@ -257,12 +257,6 @@ class ChangeRobot(EditOfOne):
             other = RobotSpec.model_validate(dict(robot) | self.values)
         except ValidationError as error:
             raise _unfit(error) from error
-        if other.body != robot.body and not robot.external:
-            raise Invalid(
-                f"{self.name} is simulated with its body; remove it and add it again",
-                code="body-is-simulated",
-                thing=self.name,
-            )
         robots = tuple(other if one.name == self.name else one for one in world.robots)
         after = changed(world, robots=robots)
         _refuse_left_outside(other, after, facts)

@@ -78,6 +78,12 @@ def difference(sheet: Factsheet, robot: RobotSpec | Peripheral) -> ChangeRobot |
         del said["repertoire"]
     now = _part(RobotSpec, dict(robot) | said)
     values = {field: getattr(now, field) for field in said if getattr(now, field) != getattr(robot, field)}
+    if "body" in values and not robot.external:
+        raise Invalid(
+            f"{robot.name} is simulated with its body, {robot.body.kind}; an operator moves its mind by :embody",
+            code="body-is-simulated",
+            thing=robot.name,
+        )
     if values.keys() & {"compartment", "aisle"} and sheet.start is not None:
         values["start"] = sheet.start
     return ChangeRobot(name=robot.name, **values) if values else None

@@ -114,7 +114,7 @@ function cellTexts(robot, file, now) {
     robot.driven_by ? `driven by ${robot.driven_by}` : (robot.packet ?? "idle"),
     typeof robot.battery === "number" ? `${Math.round(robot.battery * 100)} %` : "–",
     robot.mission_id ?? "–",
-    file?.body.kind ?? "–",
+    [robot.body, robot.body === "real" ? null : file?.body.kind].filter(Boolean).join(", ") || "–",
     [...(robot.repertoire ?? []), ...(robot.reach ?? [])].join(" "),
   ];
 }

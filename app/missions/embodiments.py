@@ -1,0 +1,374 @@
+"""Moves robots' minds into other bodies (SRA, Virtual Robotic Workbench: migration of agents among platforms).
+
+A robot's mind is its script and its place in it, beliefs, commitments, conversations, tuning and rules. It comes to
+rest at a safe point, the world exchanges the robot's body as an edition, and only then the mind is told to go on. Each
+step is recorded before it is told, and told until it is answered; the fencing number of a move tells its messages from
+those of earlier ones.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import func, or_, select, tuple_
+from sqlalchemy.orm import Session
+
+from app.agents.tuning import robot_and_world
+from app.core import Core
+from app.domain.errors import Conflict, MactaError
+from app.domain.events import EmbodimentChanged
+from app.domain.lifecycles.embodiment import GOES_ON_AS, OPEN, EmbodimentState, become, is_open
+from app.domain.world_model import initial_support
+from app.domain.world_model.beliefs import occupants
+from app.domain.world_model.edits import ChangeRobot
+from app.missions.world_changes import WorldChanges
+from app.store import EditionRow, EmbodimentRow, MissionRow
+from app.store.editions import WorldDirectory
+from app.store.records import lock_running_missions
+from app.store.tables import utc_now
+from robots.clock import Clock
+from robots.wire import MindOrder, MindOrderReport, MindVerb, Performative
+from robots.world import RobotSpec, WorldFile
+from robots.world.bodies import BodyKind, BodySpec, kind_of
+
+PATIENCE_S = 30.0
+"""World seconds in which a robot that has been asked comes to rest, or refuses (our choice)."""
+LEASE_MARGIN_S = 2.0
+"""How long after its end a lease counts as over here: the robot's clock may be behind (our choice)."""
+KEPT = 50
+"""Attempts that are shown, newest first."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotEmbodiment:
+    """The body that a robot's mind is in.
+
+    :param body: its specification as in a world file. :param fence: of the newest move, 0: there was none.
+    :param since: when it got the body; None: it has had it from the start, or an edition has exchanged it at rest.
+    :param lease_s: how long it may act without hearing of the service; None: without end.
+    :param lease_until_s: until when it may act now, by the world's clock.
+    :param attempts: the moves, newest first.
+    """
+
+    robot: str
+    world: str
+    kind: BodyKind
+    body: Mapping[str, Any]
+    fence: int
+    since: str | None
+    lease_s: float | None
+    lease_until_s: float | None
+    attempts: Sequence[EmbodimentRow]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DueOrder:
+    """An order that a robot has not answered."""
+
+    robot: str
+    order: MindOrder
+
+
+class EmbodimentService:
+    """Moves minds, and keeps robots' leases. The agent models deliver what is due and pass robots' answers to it."""
+
+    def __init__(
+        self, core: Core, *, worlds: WorldDirectory, clocks: Mapping[str, Clock], changes: WorldChanges
+    ) -> None:
+        """:param clocks: the worlds' clocks by the world's name."""
+        self._core = core
+        self._worlds = worlds
+        self._clocks = clocks
+        self._changes = changes
+
+    def get(self, robot: str) -> RobotEmbodiment:
+        """:raises NotFound: if no world has the robot."""
+        spec, world = robot_and_world(self._worlds, robot)
+        with self._core.database.read() as session:
+            return self._embodiment(session, world, spec)
+
+    def embody(
+        self, robot: str, body: BodySpec, *, lease_s: float | None = None, actor: str, comment: str = ""
+    ) -> RobotEmbodiment:
+        """Move the robot's mind into another body, or leave it where it is: that withdraws a move that has only been
+        requested. Repeated, it changes nothing.
+
+        :param lease_s: how long the robot may act in that body without hearing of the service; None: without end.
+        :raises Invalid: if the robot cannot have the body.
+        :raises Conflict: if a mission, or what the robot holds, needs the present one, or another move is under way.
+        """
+        _, world = robot_and_world(self._worlds, robot)
+        with self._core.database.write() as session:
+            lock_running_missions(session, world)  # lock order: missions before the world
+            self._core.facts.lock(session, world)
+            self._worlds.read(session)
+            spec, _ = robot_and_world(self._worlds, robot)
+            newest = self._newest(session, world, robot)
+            if newest is not None and is_open(newest):
+                self._meet(session, newest, spec, body)
+            elif body != spec.body:
+                self._refuse_unfit(session, self._worlds[world], spec, body)
+                row = EmbodimentRow(
+                    world=world,
+                    robot=robot,
+                    fence=1 if newest is None else newest.fence + 1,
+                    state=EmbodimentState.REQUESTED,
+                    reason="",
+                    body=body.model_dump(mode="json"),
+                    former=spec.body.model_dump(mode="json"),
+                    lease_s=lease_s,
+                    actor=actor,
+                    comment=comment,
+                )
+                session.add(row)
+                self._tell(session, row)
+            session.flush()
+            return self._embodiment(session, world, spec)
+
+    def due(self, world: str) -> Sequence[DueOrder]:
+        """The orders that robots of the world have not answered; steps that have become possible are made before."""
+        newest = (
+            select(EmbodimentRow.robot, func.max(EmbodimentRow.fence))
+            .where(EmbodimentRow.world == world)
+            .group_by(EmbodimentRow.robot)
+        )
+        query = select(EmbodimentRow).where(
+            EmbodimentRow.world == world,
+            tuple_(EmbodimentRow.robot, EmbodimentRow.fence).in_(newest),
+            or_(EmbodimentRow.state.in_(OPEN), EmbodimentRow.lease_s.is_not(None)),
+        )
+        with self._core.database.read() as session:
+            rows = session.scalars(query).all()
+            has_steps = any(self._has_step(session, row) for row in rows)
+        if has_steps:
+            with self._core.database.write() as session:
+                lock_running_missions(session, world)
+                self._core.facts.lock(session, world)
+                for row in session.scalars(query.with_for_update()).all():
+                    self._step(session, row)
+            with self._core.database.read() as session:
+                rows = session.scalars(query).all()
+        return [order for row in rows if (order := _order(row)) is not None]
+
+    def record_answer(
+        self, world: str, robot: str, performative: Performative, report: MindOrderReport
+    ) -> None:
+        """Record that the robot's mind rests, or goes on, or why it does not."""
+        with self._core.database.write() as session:
+            lock_running_missions(session, world)
+            self._core.facts.lock(session, world)
+            row = session.get(EmbodimentRow, (world, robot, report.fence), with_for_update=True)
+            if row is None:
+                return
+            agreed = performative is Performative.AGREE
+            if report.verb is MindVerb.REST and row.state == EmbodimentState.REQUESTED:
+                if agreed:
+                    self._exchange(session, row)
+                else:
+                    self._become(session, row, EmbodimentState.REFUSED, report.reason)
+            elif report.verb is MindVerb.GO_ON and agreed:
+                row.lease_told_s = row.lease_until_s
+                if row.state in GOES_ON_AS:
+                    self._become(session, row, GOES_ON_AS[row.state])
+
+    def _meet(self, session: Session, row: EmbodimentRow, spec: RobotSpec, body: BodySpec) -> None:
+        """Handle a request while a move is under way."""
+        wanted = body.model_dump(mode="json")
+        if row.state != EmbodimentState.RETURNING and wanted == row.body:
+            return
+        if row.state == EmbodimentState.REQUESTED and wanted == row.former:
+            self._become(session, row, EmbodimentState.RETURNING, "withdrawn")
+            return
+        raise Conflict(
+            f"the mind of {spec.name} is moving from {row.former['kind']} to {row.body['kind']}, and the move is "
+            f"{row.state}; wait for its end",
+            code="embodiment-under-way",
+            thing=spec.name,
+        )
+
+    def _refuse_unfit(self, session: Session, world: WorldFile, spec: RobotSpec, body: BodySpec) -> None:
+        """Refuse a body in which the robot could not go on with what it does, or holds."""
+        if spec.external:
+            raise Conflict(
+                f"{spec.name} has a body and software of its own; while it is idle its twin can take its place (macta "
+                f"robot twin {spec.name} --simulated)",
+                code="robot-is-external",
+                thing=spec.name,
+            )
+        held = occupants(spec.name, self._core.facts.facts(session, world.name))
+        if held and not body.is_solid and any(other.external for other in world.robots):
+            raise Conflict(
+                f"{spec.name} holds {', '.join(held)}, which a virtual body does not beside real robots; "
+                "have it put down first",
+                code="robot-holds-sample",
+                thing=spec.name,
+            )
+        edit = ChangeRobot(name=spec.name, body=body)
+        checked = self._changes.checked(session, world.name, [edit], resting=[spec.name])
+        lost = checked.change.remove
+        for one in self._core.reservations.of_world(session, world.name):
+            if spec.name not in one.reservation.names:
+                continue
+            plan = session.get_one(MissionRow, one.mission_id).plan_id
+            if needed := sorted(map(str, lost & initial_support(self._core.plan_nets.of(session, plan)))):
+                raise Conflict(
+                    f"mission {one.mission_id} rests on {', '.join(needed)}, which does not hold with that body; wait "
+                    "for its end",
+                    code="needed-by-mission",
+                    thing=spec.name,
+                )
+
+    def _has_step(self, session: Session, row: EmbodimentRow) -> bool:
+        """Whether `_step` would change something."""
+        match row.state:
+            case EmbodimentState.REQUESTED:
+                return self._lease_is_over(session, row)
+            case EmbodimentState.MOVING:
+                return self._delivery(session, row) != "pending"
+            case _:
+                return self._lease_is_due(row)
+
+    def _step(self, session: Session, row: EmbodimentRow) -> None:
+        """Make the step of a move, or of a lease, that needs no answer of the robot."""
+        if not self._has_step(session, row):
+            return
+        match row.state:
+            case EmbodimentState.REQUESTED:
+                self._exchange(session, row)
+            case EmbodimentState.MOVING if self._delivery(session, row) == "taken_up":
+                self._promise(row)
+                self._become(session, row, EmbodimentState.GOING_ON)
+            case EmbodimentState.MOVING:
+                edition = session.get_one(EditionRow, (row.world, row.edition))
+                self._take_back(session, row)
+                self._become(session, row, EmbodimentState.RETURNING, edition.detail)
+            case _:
+                self._promise(row)
+
+    def _exchange(self, session: Session, row: EmbodimentRow) -> None:
+        """Have the world exchange the body of a robot whose mind rests; if that is not possible any more, the mind is
+        told to go on as it was.
+        """
+        self._worlds.read(session)
+        body = ChangeRobot.model_validate({"name": row.robot, "body": row.body})
+        assert body.body is not None
+        try:
+            world = self._worlds[row.world]
+            self._refuse_unfit(session, world, world.robot(row.robot), body.body)
+            row.edition = self._edition(session, row, body, row.comment or f"moves into a {_kind(row)} body")
+        except MactaError as error:
+            self._become(session, row, EmbodimentState.RETURNING, error.detail)
+            return
+        self._become(session, row, EmbodimentState.MOVING)
+
+    def _take_back(self, session: Session, row: EmbodimentRow) -> None:
+        """Have the record say again that the robot has its former body: the world refuses the other one."""
+        back = ChangeRobot.model_validate({"name": row.robot, "body": row.former})
+        row.edition = self._edition(session, row, back, "the world refuses the other body")
+
+    def _edition(self, session: Session, row: EmbodimentRow, edit: ChangeRobot, reason: str) -> int:
+        made = self._changes.make(
+            session,
+            row.world,
+            [edit],
+            actor=row.actor,
+            source=f"operator {row.actor}",
+            reason=reason,
+            resting=[row.robot],
+        )
+        return made.edition
+
+    def _promise(self, row: EmbodimentRow) -> None:
+        """Record until when the robot may act, before it is told."""
+        if row.lease_s is not None:
+            row.lease_until_s = self._clocks[row.world].now_s() + row.lease_s
+
+    def _lease_is_due(self, row: EmbodimentRow) -> bool:
+        """Whether half of the lease is over."""
+        if row.lease_s is None:
+            return False
+        left_s = (row.lease_until_s or 0.0) - self._clocks[row.world].now_s()
+        return left_s < row.lease_s / 2
+
+    def _lease_is_over(self, session: Session, row: EmbodimentRow) -> bool:
+        """Whether the robot rests by itself, so that it need not be asked."""
+        before = self._newest(session, row.world, row.robot, before=row.fence)
+        if before is None or before.lease_until_s is None:
+            return False
+        return self._clocks[row.world].now_s() > before.lease_until_s + LEASE_MARGIN_S
+
+    @staticmethod
+    def _delivery(session: Session, row: EmbodimentRow) -> str:
+        edition = session.get(EditionRow, (row.world, row.edition))
+        return "taken_up" if edition is None else edition.delivery
+
+    def _become(self, session: Session, row: EmbodimentRow, state: EmbodimentState, reason: str = "") -> None:
+        become(row, state, reason)
+        if state in (EmbodimentState.RETURNING, EmbodimentState.REFUSED):
+            # It goes on in the body, and under the lease, that it had.
+            before = self._newest(session, row.world, row.robot, before=row.fence)
+            row.lease_s = None if before is None else before.lease_s
+            row.lease_until_s = None if before is None else before.lease_until_s
+            self._promise(row)
+        if not is_open(row):
+            row.ended_at = utc_now()
+        self._tell(session, row)
+
+    def _tell(self, session: Session, row: EmbodimentRow) -> None:
+        changed = EmbodimentChanged(
+            subject=row.robot,
+            world=row.world,
+            fence=row.fence,
+            state=EmbodimentState(row.state),
+            body=_kind(row),
+            former=row.former["kind"],
+            edition=row.edition,
+            actor=row.actor,
+            reason=row.reason,
+        )
+        self._core.events.append(session, changed)
+
+    @staticmethod
+    def _newest(
+        session: Session, world: str, robot: str, *, before: int | None = None
+    ) -> EmbodimentRow | None:
+        query = select(EmbodimentRow).where(EmbodimentRow.world == world, EmbodimentRow.robot == robot)
+        if before is not None:
+            query = query.where(EmbodimentRow.fence < before)
+        return session.scalar(query.order_by(EmbodimentRow.fence.desc()).limit(1))
+
+    def _embodiment(self, session: Session, world: str, spec: RobotSpec) -> RobotEmbodiment:
+        of_robot = (EmbodimentRow.world == world, EmbodimentRow.robot == spec.name)
+        query = select(EmbodimentRow).where(*of_robot).order_by(EmbodimentRow.fence.desc()).limit(KEPT)
+        attempts = session.scalars(query).all()
+        body = spec.body.model_dump(mode="json")
+        got = next((one for one in attempts if one.state == EmbodimentState.EMBODIED), None)
+        leased = next((one for one in attempts if not is_open(one)), None)
+        return RobotEmbodiment(
+            robot=spec.name,
+            world=world,
+            kind=kind_of(spec.body, external=spec.external),
+            body=body,
+            fence=attempts[0].fence if attempts else 0,
+            since=got.ended_at if got is not None and got.body == body else None,
+            lease_s=None if leased is None else leased.lease_s,
+            lease_until_s=None if leased is None else leased.lease_until_s,
+            attempts=attempts,
+        )
+
+
+def _kind(row: EmbodimentRow) -> str:
+    kind: str = row.body["kind"]
+    return kind
+
+
+def _order(row: EmbodimentRow) -> DueOrder | None:
+    """What the robot is to be told and has not confirmed; None if nothing."""
+    if row.state == EmbodimentState.REQUESTED:
+        order = MindOrder(verb=MindVerb.REST, fence=row.fence, within_s=PATIENCE_S)
+        return DueOrder(robot=row.robot, order=order)
+    is_told = row.lease_told_s == row.lease_until_s
+    if row.state == EmbodimentState.MOVING or (row.state not in GOES_ON_AS and is_told):
+        return None
+    order = MindOrder(verb=MindVerb.GO_ON, fence=row.fence, lease_until_s=row.lease_until_s)
+    return DueOrder(robot=row.robot, order=order)
