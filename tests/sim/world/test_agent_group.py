@@ -145,5 +145,7 @@ def test_breakpoints_hold_in_every_process_and_in_a_changed_world() -> None:
             (names[0], ["guard:2"]),
             (names[-1], ["guard:2"]),
         ]
-        simulation.take_up(Edition(simulation.edition + 1, world))
+        slower = [{**one, "speed_m_s": 0.3} for one in document["robots"]]
+        anew = WorldFile.model_validate({**document, "robots": slower})  # their software is made anew
+        simulation.take_up(Edition(simulation.edition + 1, anew))
     simulation.close()
