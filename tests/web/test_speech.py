@@ -105,6 +105,21 @@ def test_the_workbench_shows_messages_live_the_services_with_them(page: Page, se
     expect(bench.locator(".lifeline.of-service")).to_have_count(1)
 
 
+def test_what_is_said_live_is_drawn_when_the_list_is_full_and_drops_its_oldest(
+    page: Page, service: FakeService
+) -> None:
+    page.locator("#workbench-toggle").click()
+    page.get_by_test_id("bench-messages").click()
+    bench = page.get_by_test_id("bench-speech")
+    service.publish("script.cleared", "script-1", robot="yard_1", ended=[f"a{n}" for n in range(1000)])
+    expect(bench).to_contain_text("the newest 200 of 1000 messages")
+    bench.get_by_test_id("speech-table").click()
+    for action in ("b1", "b2"):
+        service.publish("script.cleared", "script-2", robot="yard_1", ended=[action])
+        expect(bench).to_contain_text(f"ended(script-2, {action})")
+    expect(bench).to_contain_text("the newest 200 of 1000 messages")
+
+
 def test_a_person_who_speaks_through_the_service_has_a_lifeline(page: Page, service: FakeService) -> None:
     asked = {"sender": "service", "receiver": "yard_1", "performative": "request", "content": "face(door_1)"}
     agreed = {"sender": "yard_1", "receiver": "service", "performative": "agree", "content": "face(door_1)"}
