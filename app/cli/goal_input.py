@@ -13,6 +13,7 @@ from app.domain.goal_language.completion import span_of
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, check_constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
 from app.domain.goal_language.hold_checks import check_holds, emptying_goals
+from app.domain.goal_language.roles import with_players
 from app.domain.goal_language.stated_holds import HoldPreview, StatedHold, kept_by
 from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.times import Due
@@ -93,8 +94,10 @@ def read_goals(
             span=span_of(sentences[0], issue.thing) if len(sentences) == 1 else None,
         )
     applied = constraints.in_world(world)
+    of_robots, staged = with_players(goals, constraints.stages, world)
+    constraints = constraints.model_copy(update={"stages": staged})
     return StatedGoals(
-        goals=assign_berths(goals, world, facts, avoid=applied.avoided | applied.kept_empty),
+        goals=assign_berths(of_robots, world, facts, avoid=applied.avoided | applied.kept_empty),
         constraints=constraints,
         due=dues[0] if dues else None,
         readings=[*(reading for one in stated for reading in one.readings), *emptied],

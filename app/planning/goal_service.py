@@ -40,6 +40,7 @@ from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders
 from app.store import GoalRow, MissionRow
 from app.store.records import lock_goal, page, refuse_removed
+from app.store.roles import with_roles_in_force
 from app.store.standing_holds import standing_holds
 from robots.clock import Clock
 from robots.wire import SymbolicFact
@@ -181,6 +182,7 @@ class GoalService:
             if known is not None:
                 return _same(known, request, world)
             refuse_removed(session, world.name)
+            world = with_roles_in_force(session, world)
             self._refuse_too_many(session)
             facts = self._facts.facts(session, world.name)
             stated = self._stated(session, request, world, facts)
@@ -250,6 +252,7 @@ class GoalService:
         world = self._world(request.world)
         text = request.text or ""
         with self._database.read() as session:
+            world = with_roles_in_force(session, world)
             facts = self._facts.facts(session, world.name)
             stated = self._understood(session, request, world, facts)
             if isinstance(stated, Clarification):

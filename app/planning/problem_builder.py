@@ -13,6 +13,7 @@ from app.domain.errors import Conflict
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_request
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
+from app.domain.goal_language.roles import with_players
 from app.domain.goal_language.stated_holds import held_places
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.goal_language.words import joined
@@ -38,7 +39,7 @@ from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
 from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
-from app.store.roles import withheld_tags
+from app.store.roles import with_roles_in_force, withheld_tags
 from app.store.standing_holds import standing_holds
 from planner import Fact, Numbers, PlanNet, PlanningProblem, scale_term
 from robots.clock import Clock
@@ -150,9 +151,12 @@ class ProblemBuilder:
         holds = standing_holds(session, goal.world)
         constraints = GoalTerms.from_json(goal.terms).constraints
         numbers = self._numbers.for_planner(session, goal.world)
-        applied = constraints.in_world(world, numbers)
+        played = with_roles_in_force(session, world)
+        applied = constraints.in_world(played, numbers)
         within = applied.keeping_empty(held_places(holds))
-        stated = [SymbolicFact.model_validate(fact) for fact in goal.goal]
+        facts_of_goal = [SymbolicFact.model_validate(fact) for fact in goal.goal]
+        stated, in_order = with_players(facts_of_goal, constraints.stages, played)
+        constraints = constraints.model_copy(update={"stages": in_order})
         kept_off = union_of([reserved, Reservation(locations=within.avoided | within.kept_empty)])
         wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
@@ -190,7 +194,7 @@ class ProblemBuilder:
             is_held=goal.mission_id is not None,
         )
         problem = replace(problem, stages=stages, numbers=numbers)
-        issues = blocking(check_request(stated, constraints, world, facts, self._knowledge_base))
+        issues = blocking(check_request(stated, constraints, played, facts, self._knowledge_base))
         return GoalProblem(
             problem=self._urgent(_scaled(problem, factors), goal),
             withheld=Withheld(

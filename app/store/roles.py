@@ -29,6 +29,16 @@ def roles_of(session: Session, world: WorldFile) -> Mapping[str, RoleSpec]:
     return {robot: role for robot, role in roles.items() if role is not None}
 
 
+def with_roles_in_force(session: Session, world: WorldFile) -> WorldFile:
+    """The world with the roles that its robots play now; the same one if they are those of its file."""
+    roles = roles_of(session, world)
+    if all(roles.get(spec.name) == spec.role for spec in world.robots):
+        return world
+    robots = tuple(spec.model_copy(update={"role": roles.get(spec.name)}) for spec in world.robots)
+    # NOTE: not a copy, which would keep what the world has worked out of its robots.
+    return WorldFile.model_construct(**{**dict(world), "robots": robots})
+
+
 def withheld_tags(session: Session, world: WorldFile) -> Mapping[str, tuple[RoleSpec, frozenset[str]]]:
     """The robots of a world that are not recruited for all that they can, with their role and what is left out."""
     withheld: dict[str, tuple[RoleSpec, frozenset[str]]] = {}

@@ -8,6 +8,7 @@ from app.domain.goal_language.berth_choice import remaining_samples, resolve_ber
 from app.domain.goal_language.constraints import Constraints, check_constraints
 from app.domain.goal_language.issues import TOO_TIGHT, GoalIssue, unknown_name
 from app.domain.goal_language.reachability import chain_from, crews_for, free_for, lacking_crew, reachers
+from app.domain.goal_language.roles import unknown_robot, with_players
 from app.domain.goal_language.words import choices_for, joined, natural_key
 from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
 from app.domain.world_model.berths import berths_of
@@ -49,6 +50,8 @@ def check_request(
     knowledge_base: KnowledgeBase,
 ) -> tuple[GoalIssue, ...]:
     """All issues with the goals and the constraints on them. Conflicts of a goal after a mission are notes."""
+    goals, stages = with_players(goals, constraints.stages, world)
+    constraints = constraints.model_copy(update={"stages": stages})
     issues = _issues_now(goals, constraints, world, facts, knowledge_base)
     if constraints.after:
         return tuple(replace(one, kind="note") if one.kind == "conflict" else one for one in issues)
@@ -141,7 +144,7 @@ def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
     if goal.predicate == IN and subject not in samples:
         yield unknown_name("sample", subject, samples)
     if goal.predicate != IN and subject not in robots:
-        yield unknown_name("robot", subject, robots)
+        yield unknown_robot(subject, world)
     if (
         place not in places
         and place not in world.location_of

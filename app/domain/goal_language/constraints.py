@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.goal_language.berth_choice import remaining_samples
 from app.domain.goal_language.issues import GoalIssue, unknown_name
+from app.domain.goal_language.roles import robots_for, unknown_robot
 from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import IN, VACANT, Facts, place_of, position_of
 from app.domain.world_model.berths import berths_of
@@ -28,8 +29,10 @@ class Constraints(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    robots: Names = Field(default=(), description="only these robots act")
-    without: Names = Field(default=(), description="these robots do not act")
+    robots: Names = Field(
+        default=(), description="only these robots act; a role stands for those that play it"
+    )
+    without: Names = Field(default=(), description="these robots do not act; roles likewise")
     avoid: Names = Field(
         default=(),
         description="places that no robot goes to, and where nothing is put or taken",
@@ -100,8 +103,16 @@ class Constraints(BaseModel):
     def in_world(self, world: WorldFile, numbers: Numbers | None = None) -> "AppliedConstraints":
         """The constraints on the robots and places of this world, and those of its zones to keep out of."""
         areas = tuple(zone.name for zone in world.zones_of(ZoneRule.KEEP_OUT))
+        of_robots = self.model_copy(
+            update={
+                "robots": robots_for(self.robots, world),
+                "without": robots_for(self.without, world),
+            }
+        )
         return AppliedConstraints(
-            excluded=frozenset(robot.name for robot in world.robots if not self._allows(robot.name, numbers)),
+            excluded=frozenset(
+                robot.name for robot in world.robots if not of_robots._allows(robot.name, numbers)
+            ),
             avoided=_places(self.avoid, world).union(world.kept_out),
             kept_empty=_places(self.keep_empty, world),
             words=(*self.words, *((f"keeping out of {joined(areas, last='and')}",) if areas else ())),
@@ -203,7 +214,9 @@ def check_constraints(
 def _unknown_names(constraints: Constraints, world: WorldFile) -> Iterator[GoalIssue]:
     robots = [robot.name for robot in world.robots]
     places = list(dict.fromkeys((*world.places_by_location, *world.location_of)))
-    yield from _unknown("robot", (*constraints.robots, *constraints.without), robots)
+    for name in robots_for((*constraints.robots, *constraints.without), world):
+        if name not in robots:
+            yield unknown_robot(name, world)
     yield from _unknown("place", (*constraints.avoid, *constraints.keep_empty), places)
 
 

@@ -14,6 +14,7 @@ from app.domain.goal_language.constraints import NOTHING_WITHHELD, UNCONSTRAINED
 from app.domain.goal_language.hold_ends import hold_end
 from app.domain.goal_language.reachability import free_places
 from app.domain.goal_language.references import Origin, References
+from app.domain.goal_language.roles import Players, with_roles
 from app.domain.goal_language.sentence import ENDS, Clause, Part, Phrase, Quantity, Tail
 from app.domain.goal_language.stated_holds import HoldEnd, StatedHold, kept_by
 from app.domain.goal_language.syntax import parse
@@ -120,9 +121,15 @@ class _Reader:
     holds: list[StatedHold] = field(default_factory=list)
 
     def understood(self) -> Understood:
+        said = self.names.roles
+        goals, stages = with_roles(self.goals, self.constraints.stages, said)
+        robots, without = (
+            _of_roles(names, said) for names in (self.constraints.robots, self.constraints.without)
+        )
+        stated = {"stages": stages, "robots": robots, "without": without}
         return Understood(
-            goals=tuple(self.goals),
-            constraints=self.constraints,
+            goals=goals,
+            constraints=self.constraints.model_copy(update=stated),
             due=self.due,
             readings=tuple(self.readings),
             holds=tuple(self.holds),
@@ -556,6 +563,14 @@ def _fill_object(clause: Clause, verb: Verb) -> None:
 
 def _slot(verb: Verb, role: Role) -> str:
     return next(name for name, slot in verb.slots.items() if slot.role is role)
+
+
+def _of_roles(names: Sequence[str], said: Players) -> tuple[str, ...]:
+    """The names with each role that was said in place of all robots that play it."""
+    for role, robots in said.items():
+        if set(robots) <= set(names):
+            names = (role, *(name for name in names if name not in robots))
+    return tuple(names)
 
 
 def _unique(names: Sequence[str]) -> tuple[str, ...]:

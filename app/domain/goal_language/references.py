@@ -7,6 +7,7 @@ from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
 from app.domain.goal_language.issues import unknown_name
 from app.domain.goal_language.reachability import free_for, is_long
+from app.domain.goal_language.roles import players_of
 from app.domain.goal_language.sentence import Phrase, Quantity
 from app.domain.goal_language.syntax import AFTER_NAME, grammar
 from app.domain.goal_language.verbs import NO_VERBS, Kind
@@ -40,6 +41,7 @@ class References:
     """Resolves the phrases of one sentence.
 
     :param mentioned: the samples and robots that the sentence has named so far.
+    :param roles: those by which the sentence has named all robots that play them.
     :param settled: samples that are already where the command brings them; a number of samples means others.
     :param applied: the constraints within which a free place, or one of several things, is chosen.
     """
@@ -47,6 +49,7 @@ class References:
     world: WorldFile
     facts: Facts
     mentioned: set[str] = field(default_factory=set)
+    roles: dict[str, tuple[str, ...]] = field(default_factory=dict)
     settled: frozenset[str] = frozenset()
     applied: AppliedConstraints = NOTHING_WITHHELD
 
@@ -208,7 +211,39 @@ class References:
         if _noun(phrase, "robot", ()) is not None:
             fitting = names if origin is None else self._robots_in(origin)
             return self._quantified(phrase, fitting, "robot", f" in {origin.name}" if origin else "")
+        if name_in(phrase.words, names) not in names and (role := self._role_of(phrase)) is not None:
+            return self._players(phrase, *role, origin)
         return _named("robot", phrase, names, self.samples, f"is a sample; to {verb} takes robots")
+
+    def _role_of(self, phrase: Phrase) -> tuple[str, bool] | None:
+        """The role that a phrase like "the guard" or "all guards" names, and whether in the plural; None if none."""
+        roles = players_of(self.world)
+        *before, last = phrase.words
+        for words, is_plural in ((phrase.words, False), ((*before, last.removesuffix("s")), True)):
+            if (role := name_in(words, roles)) in roles:
+                return role, is_plural
+        return None
+
+    def _players(
+        self, phrase: Phrase, role: str, is_plural: bool, origin: Origin | None
+    ) -> tuple[str, ...] | Clarification:
+        """The robots that play a role, as many as the phrase says."""
+        players = players_of(self.world)[role]
+        fitting = [name for name in players if origin is None or name in self._robots_in(origin)]
+        where = f" in {origin.name}" if origin else ""
+        if phrase.quantity is Quantity.NAMED and not is_plural and len(fitting) > 1:
+            detail = f"which {role}? There are {len(fitting)}{where}: {joined(fitting, last='and')}"
+            return Clarification(
+                code="robot-needed",
+                detail=detail,
+                thing=phrase.said,
+                choices=tuple(fitting),
+                span=phrase.span,
+            )
+        found = self._quantified(phrase, fitting, role, where, code="robot-needed")
+        if found == players and phrase.quantity in (Quantity.NAMED, Quantity.ALL):
+            self.roles[role] = players
+        return found
 
     def _robots_in(self, origin: Origin) -> tuple[str, ...]:
         """The robots of that compartment or aisle, or those that stand at the place."""
@@ -251,11 +286,11 @@ class References:
         return next((kind for kind in kinds if _noun(phrase, kind, {"free"}) is not None), None)
 
     def _quantified(
-        self, phrase: Phrase, fitting: Sequence[str], what: str, where: str
+        self, phrase: Phrase, fitting: Sequence[str], what: str, where: str, *, code: str = ""
     ) -> tuple[str, ...] | Clarification:
         """As many of the fitting names as the phrase says."""
         left = tuple(name for name in fitting if name not in self.mentioned)
-        code = f"{what if what in list(Kind) else 'place'}-needed"
+        code = code or f"{what if what in list(Kind) else 'place'}-needed"
         match phrase.quantity:
             case Quantity.OTHER:
                 found = left

@@ -116,6 +116,49 @@ def test_a_robot_is_not_recruited_for_what_its_role_leaves_out_and_the_goal_says
     follow(goal, "planned")
 
 
+def test_a_goal_that_names_a_role_is_for_whoever_plays_it_when_it_is_planned(
+    api: TestClient, follow: Follow
+) -> None:
+    give(api, "yard_1").raise_for_status()
+    api.post("/v1/robots/yard_1:take_out_of_service", json={"reason": "cleaning"}).raise_for_status()
+    goal = stated(api, "send the guard to door_2")
+    assert api.get(goal).json()["goal"] == [{"predicate": "near", "args": ["guard", "door_2"]}]
+    assert follow(goal, "waiting")["reason"].startswith("waits for yard_1")
+    give(api, "yard_2").raise_for_status()
+    api.delete(path("yard_1")).raise_for_status()
+    plan = api.get(f"/v1/plans/{follow(goal, 'planned')['plan_id']}").json()
+    assert plan["goals"] == [{"predicate": "near", "args": ["yard_2", "door_2"]}]
+
+    limited = {
+        "goal": [{"predicate": "near", "args": ["store_1", "bay_1"]}],
+        "constraints": {"without": ["guard"]},
+    }
+    api.post("/v1/goals", json=limited).raise_for_status()
+    only = {
+        "goal": [{"predicate": "near", "args": ["yard_1", "door_1"]}],
+        "constraints": {"robots": ["guard"]},
+    }
+    assert problem(api.post("/v1/goals", json=only)) == (422, "constraint-contradicts-goal")
+
+
+def test_a_role_that_nobody_plays_any_longer_ends_its_goal_with_the_roles_that_there_are(
+    api: TestClient, follow: Follow
+) -> None:
+    refused = api.post("/v1/goals", json={"goal": [{"predicate": "near", "args": ["guard", "door_2"]}]})
+    assert problem(refused) == (422, "unknown-robot")
+    give(api, "yard_1").raise_for_status()
+    give(api, "store_1", "porter").raise_for_status()
+    unknown = api.post("/v1/goals", json={"goal": [{"predicate": "near", "args": ["keeper", "door_2"]}]})
+    assert "the roles that robots play are guard (yard_1) and porter (store_1)" in unknown.json()["detail"]
+    api.post("/v1/robots/yard_1:take_out_of_service", json={"reason": "cleaning"}).raise_for_status()
+    goal = stated(api, "send the guard to door_2")
+    follow(goal, "waiting")
+    api.delete(path("yard_1")).raise_for_status()
+    ended = follow(goal, "unsolvable")
+    assert "there is no robot 'guard'" in ended["reason"]
+    assert "the roles that robots play are porter (store_1)" in ended["reason"]
+
+
 def test_the_explanation_says_that_a_role_keeps_a_robot_from_an_action(
     api: TestClient, follow: Follow
 ) -> None:
