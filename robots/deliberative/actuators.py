@@ -21,11 +21,22 @@ class Outcome:
 DONE = Outcome(True)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Claim:
+    """A plan's claim on the robot's body: its title, its cost as of now (None: not known), and what tells of the choice
+    for people.
+    """
+
+    title: str
+    cost: Callable[[], float | None]
+    tell: Callable[[str], None]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Activation:
     """A packet that a commitment wants to run. `may_carry`: also while the robot holds something.
 
-    `agent`: who wants it; `because`: the file and line of the rule.
+    `agent`: who wants it; `because`: the file and line of the rule; `claim`: of its plan, None if that states no cost.
     """
 
     agent: str
@@ -35,6 +46,7 @@ class Activation:
     wait_timeout_s: float | None = None
     may_carry: bool = False
     because: str = ""
+    claim: Claim | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +75,7 @@ class Actuators(Protocol):
     """The robot, as its agents may act on it."""
 
     def activate(self, wanted: Activation) -> Attempt | Outcome | None:
-        """Run a packet; an outcome if it is refused, None while another agent's packet has precedence."""
+        """Run a packet; an outcome if it is refused, None while another packet or claim has precedence."""
         ...
 
     def say(self, utterance: Utterance) -> Outcome:

@@ -1,6 +1,6 @@
 """What a plan costs, in seconds or whatever its file counts in: numbers, bound variables, and measures of the robot."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from robots.deliberative.terms import Bindings, Term, Value, shown, substitute
 
@@ -8,8 +8,11 @@ SUM = "+"
 PRODUCT = "*"
 WAY = "way"
 BATTERY = "battery"
-MEASURES: Mapping[str, int] = {WAY: 1, BATTERY: 0}
-"""By name, the number of arguments: `way(place)`, seconds straight there at full speed; `battery`, its share."""
+LASTS = "lasts"
+MEASURES: Mapping[str, int] = {WAY: 1, BATTERY: 0, LASTS: 1}
+"""By name, the number of arguments: `way(place)`, seconds straight there at full speed; `battery`, its share;
+`lasts(TAG)`, seconds that such packets have taken.
+"""
 Measure = Callable[[str, tuple[str, ...]], float | None]
 """Measures the robot now; None for what is not known."""
 
@@ -30,3 +33,14 @@ def cost_of(cost: Value, bindings: Bindings, measure: Measure) -> float | None:
             value.functor, tuple(one if isinstance(one, str) else shown(one) for one in value.args)
         )
     return measure(cost, ()) if isinstance(cost, str) and MEASURES.get(cost) == 0 else None
+
+
+def packets_in(cost: Value) -> Iterator[str]:
+    """The packets whose duration a cost has."""
+    if not isinstance(cost, Term):
+        return
+    if cost.functor == LASTS and len(cost.args) == 1 and isinstance(cost.args[0], str):
+        yield cost.args[0]
+    elif cost.functor in (SUM, PRODUCT):
+        for one in cost.args:
+            yield from packets_in(one)

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from itertools import chain
 
+from robots.deliberative.costs import packets_in
 from robots.deliberative.guards import holds
 from robots.deliberative.perceptors import perceptor_faults
 from robots.deliberative.program import (
@@ -154,7 +155,11 @@ class _Lint:
         bound = set(plan.parameters)
         bound |= {name for one in plan.when.positive for name in variables_in(as_value(one.term))}
         yield from self._maintained(plan.when, bound)
-        for name in dict.fromkeys(variables_in(plan.cost)):
+        cost = 0.0 if plan.cost is None else plan.cost
+        for tag in packets_in(cost):
+            if not _contents(self._repertoire, tag):
+                yield Fault(plan.place, self._unknown_packet(tag))
+        for name in dict.fromkeys(variables_in(cost)):
             if name not in bound:
                 yield _unbound(name, plan.place, binder)
         yield from self._step(plan.step, bound, binder)

@@ -8,11 +8,12 @@ from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from math import inf
 
-from robots.deliberative.actuators import DONE, Activation, Attempt, Outcome, Speak, Utterance
+from robots.deliberative.actuators import DONE, Activation, Attempt, Claim, Outcome, Speak, Utterance
 from robots.deliberative.agent import Agent
 from robots.deliberative.commitments import DropReason
-from robots.deliberative.costs import BATTERY
+from robots.deliberative.costs import BATTERY, LASTS
 from robots.deliberative.program import Await, RuleFile, Verb, parts_of, plans_of
 from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rule_set import read_rule_set, teams_of
@@ -212,6 +213,7 @@ class Mind:
         known = known_of(task, percepts)
         for agent in self.agents:
             agent.cycle(now_s, events, percepts, known)
+        self._body.grant()
 
     def _agent(self, team: Sequence[RuleFile], rank: int, now_s: float, role: str) -> Agent:
         known = [Term(ME, (self._profile.name,))]
@@ -260,6 +262,27 @@ class _Body:
     now_s: float = 0.0
     count: int = 0
     running: "_PacketAttempt | None" = None
+    """The last one."""
+    claims: list[Claim] = field(default_factory=list)
+    """Those that waited in this cycle for the body, which was free."""
+    granted: Claim | None = None
+    """That has the body in this cycle, if it is free."""
+
+    def grant(self) -> None:
+        """Give the body to the cheapest of the claims in the next cycle; of equal ones to the earlier agent's."""
+        claims = self.claims
+        self.claims = []
+        self.granted = None
+        if not claims:
+            return
+        known = [one.cost() for one in claims]
+        costs = [inf if cost is None else cost for cost in known]
+        first = costs.index(min(costs))
+        self.granted = claims[first]
+        for one, cost in zip(claims, costs, strict=True):
+            if one is not self.granted:
+                best = f"{self.granted.title}, which costs {costs[first]:.3g}"
+                one.tell(f"waits at {cost:.3g} for {best}")
 
 
 @dataclass(slots=True)
@@ -269,6 +292,7 @@ class _PacketAttempt:
     body: _Body
     script_id: str
     rank: int
+    claim: Claim | None = None
     _outcome: Outcome | None = field(default=None, init=False)
 
     @property
@@ -304,13 +328,7 @@ class _AgentActuators:
         body = self._body
         executive = body.executive
         running = body.running if body.running is not None and body.running.outcome is None else None
-        if executive is None or (running is not None and running.rank < self._rank):
-            return None
-        script = executive.script
-        if script is not None and script.is_own and (running is None or running.script_id != script.id):
-            return None  # upkeep, or an operator drives the robot
-        current = executive.current
-        if current is not None and (current.grips or executive.state is ScriptState.PAUSED):
+        if executive is None or not self._may_begin(executive, wanted, running):
             return None
         if executive.script is None and body.percepts is not None:
             held = why_held(body.profile, body.percepts, may_carry=True)
@@ -327,8 +345,35 @@ class _AgentActuators:
             )
         if refusal is not None:
             return Outcome(False, refusal)
-        body.running = _PacketAttempt(body, own.id, self._rank)
+        body.running = _PacketAttempt(body, own.id, self._rank, wanted.claim)
         return body.running
+
+    def _may_begin(self, executive: Executive, wanted: Activation, running: _PacketAttempt | None) -> bool:
+        """Whether nothing goes before a packet that an agent wants. `running`: the agents' own, None if none runs."""
+        if running is not None and self._goes_first(running, wanted):
+            return False
+        script = executive.script
+        if script is not None and script.is_own and (running is None or running.script_id != script.id):
+            return False  # upkeep, or an operator drives the robot
+        current = executive.current
+        if current is not None and (current.grips or executive.state is ScriptState.PAUSED):
+            return False
+        return running is not None or self._has_turn(wanted.claim)
+
+    def _goes_first(self, running: _PacketAttempt, wanted: Activation) -> bool:
+        """Plans with a cost leave each other the body; others take it from agents of their own or a later rank."""
+        if running.claim is not None and wanted.claim is not None:
+            return True
+        return running.rank < self._rank
+
+    def _has_turn(self, claim: Claim | None) -> bool:
+        """Whether a claim has the free body now: granted, or kept from packet to packet; if not, it is noted."""
+        body = self._body
+        keeps = body.granted is None and body.running is not None and body.running.claim is claim
+        if claim is None or claim is body.granted or keeps:
+            return True
+        body.claims.append(claim)
+        return False
 
     def say(self, utterance: Utterance) -> Outcome:
         if self._speak is None:
@@ -344,7 +389,12 @@ class _AgentActuators:
         percepts = self._body.percepts
         if percepts is None:
             return None
-        return percepts.battery if name == BATTERY else way_to_s(arguments[0], percepts)
+        if name == BATTERY:
+            return percepts.battery
+        if name == LASTS:
+            lasted_s = None if self._body.executive is None else self._body.executive.lasted_s(arguments[0])
+            return TIMEOUT_S / 2 if lasted_s is None else lasted_s
+        return way_to_s(arguments[0], percepts)
 
     def steer(self, verb: Verb, reason: str) -> Outcome:
         body = self._body

@@ -178,13 +178,14 @@ class Rule:
 class Plan:
     """`PLAN name(?parameters) WHEN conditions COST seconds { step; ... }`: p = ⟨t(p), c(p), bd(p)⟩ (P-SMPA §4).
 
-    Its name is what invokes it, `when` its context condition, whose variables its cost and steps may use.
+    Its name is what invokes it, `when` its context condition, whose variables its cost and steps may use. Without a
+    cost it counts as 0 among its fellows.
     """
 
     name: str
     parameters: tuple[str, ...]
     when: Conditions = Conditions()
-    cost: Value = 0.0
+    cost: Value | None = None
     competes: bool = False
     step: Step
     place: Place

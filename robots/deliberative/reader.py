@@ -158,7 +158,7 @@ class _Reader:
         name, arguments = _call(head)
         stated = {word.kind: said for word, said in zip(clauses[::2], clauses[1::2], strict=True)}
         when = self._conditions(stated["WHEN"]) if "WHEN" in stated else Conditions()
-        cost = self._cost(stated["COST"]) if "COST" in stated else 0.0
+        cost = self._cost(stated["COST"]) if "COST" in stated else None
         parameters = []
         for one in arguments:
             if one.kind != "variable" or one.parts[0].word == "?_":

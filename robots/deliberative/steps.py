@@ -1,10 +1,10 @@
 """Carrying out a commitment's actions and plans, a cycle at a time."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
-from robots.deliberative.actuators import DONE, Activation, Actuators, Attempt, Outcome, Utterance
+from robots.deliberative.actuators import DONE, Activation, Actuators, Attempt, Claim, Outcome, Utterance
 from robots.deliberative.beliefs import BeliefStore
 from robots.deliberative.costs import cost_of
 from robots.deliberative.matching import satisfied, solutions
@@ -34,7 +34,8 @@ FIRST_READING_S = 5.0
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Means:
     """What steps are carried out by. `intend`: adopts or retracts a belief in the next cycle;
-    `note`: says for people which plan was chosen; `has_read`: whether the sensors of conditions have read.
+    `note`: says for people which plan was chosen; `has_read`: whether the sensors of conditions have read; `claim`: of
+    the plan that the step belongs to.
     """
 
     agent: str
@@ -46,6 +47,7 @@ class Means:
     because: str
     note: Callable[[str], None] = lambda words: None
     has_read: Callable[[Conditions], bool] = lambda conditions: True
+    claim: Claim | None = None
 
 
 class StepRun(Protocol):
@@ -126,6 +128,7 @@ class _Packet:
             wait_timeout_s=numbers.get(WAIT_TIMEOUT),
             may_carry=step.tag in means.carries,
             because=means.because,
+            claim=means.claim,
         )
         self._actuators = means.actuators
         self._attempt: Attempt | None = None
@@ -241,7 +244,7 @@ class _Chosen:
             if not instances:
                 self._rejected.append(f"{_titled(plan)} does not apply")
             for one in instances:
-                cost = cost_of(plan.cost, one, means.actuators.measure)
+                cost = self._cost(plan, one)
                 if cost is None:
                     self._rejected.append(f"{_titled(plan)} has no known cost")
                 elif (number, str(one)) not in self._tried:
@@ -254,10 +257,19 @@ class _Chosen:
         self._tried.add((number, str(bindings)))
         self._title = _titled(plan)
         others = [f"{_titled(self._plans[other])} costs {more:.3g}" for more, other, _ in found[1:]]
-        self._means.note(
-            "; ".join([f"{self._title} costs {cost:.3g}", *self._failed, *others, *self._rejected])
+        words = "; ".join([f"{self._title} costs {cost:.3g}", *self._failed, *others, *self._rejected])
+        means.note(words)
+        if plan.cost is None:
+            return begin(plan.step, bindings, means)
+        claim = Claim(
+            title=f"{plan.name} of {means.because}",
+            cost=lambda: self._cost(plan, bindings),
+            tell=lambda chosen: means.note(f"{words}; {chosen}"),
         )
-        return begin(plan.step, bindings, means)
+        return begin(plan.step, bindings, replace(means, claim=claim))
+
+    def _cost(self, plan: Plan, bindings: Bindings) -> float | None:
+        return 0.0 if plan.cost is None else cost_of(plan.cost, bindings, self._means.actuators.measure)
 
     def cancel(self, words: str) -> None:
         if self._current is not None:

@@ -34,6 +34,8 @@ from robots.wire import (
 BEGUN_AGAIN_AT_MOST = 3
 """How often the deliberative level may begin one packet again (our choice)."""
 NEWS = 64
+LASTED = 16
+"""Packets of a kind of which the duration is kept (our choice)."""
 
 
 class News(NamedTuple):
@@ -74,6 +76,8 @@ class Executive:
         """Why the last script ended, in words; empty if it finished."""
         self.own_reason = ""
         """Likewise the last own packets between a script's."""
+        self._lasted: dict[str, deque[float]] = {}
+        """How long packets have acted that have finished, by their tags."""
         self.responses = Responses()
         self.trace = Trace()
 
@@ -140,6 +144,11 @@ class Executive:
         ends_s = max(one.expected_start_s + one.expected_duration_s for one in (first, *later))
         planned_s = ends_s - first.expected_start_s - run.elapsed_s
         return max(planned_s, sum(one.expected_duration_s for one in later))
+
+    def lasted_s(self, tag: str) -> float | None:
+        """How long the last packets of this kind that have finished have acted, in the mean; None before the first."""
+        lasted = self._lasted.get(tag)
+        return sum(lasted) / len(lasted) if lasted else None
 
     def state_of(self, script_id: str) -> ScriptState | None:
         """The state of one of the last scripts, or of own packets between a script's; None for one not known."""
@@ -453,6 +462,8 @@ class Executive:
         self._reports.extend(packet_report(self._active_script, run, run.state, percepts, now_s, detail))
 
     def _tell(self, run: PacketRun, change: Change) -> None:
+        if change.state is PacketState.FINISHED:
+            self._lasted.setdefault(run.packet.tag, deque(maxlen=LASTED)).append(run.elapsed_s)
         events = for_rules(change.events, self.left_to_rules)
         self.news.append(News(run.packet.tag, change.state, events))
 

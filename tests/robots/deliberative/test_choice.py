@@ -93,8 +93,9 @@ def test_a_plan_whose_context_does_not_hold_or_whose_cost_is_not_known_is_reject
         ("PLAN p() COST ?x { activate(STOP) }", "?x is not bound: no parameter of the plan"),
         (
             "PLAN p() COST weather { activate(STOP) }",
-            "a cost has no weather; it has numbers, ?variables and way/1",
+            "a cost has no weather; it has numbers, ?variables and way/1, battery/0, lasts/1",
         ),
+        ("PLAN p() COST 2 * lasts(DUCK) { activate(STOP) }", "unknown packet DUCK; did you mean DOCK?"),
         ("PLAN p() WHEN BELIEF(never_said) { activate(STOP) }", "never holds: no perceptor"),
     ],
 )

@@ -339,3 +339,82 @@ def test_what_was_said_is_told_whether_rules_take_it_or_not() -> None:
         ("request", "anna", "rest"),
     ]
     assert told[0].at_s == pytest.approx(1.0, abs=0.1)
+
+
+def agent_of(name: str, *plans: str) -> str:
+    """An agent that carries out the plan of its name at startup, and again whenever it is told to."""
+    return f"""AGENT {name};
+ACTUATOR activate;
+BELIEF(startup) => COMMIT({name}_task());
+BELIEF(message(request, ?_, {name})) => COMMIT({name}_task());
+{" ".join(plans)}
+"""
+
+
+def begun_in(rover: Rover) -> list[str]:
+    """The packets that the robot's own scripts have begun, in order."""
+    running = [one.tag for one in rover.service.upkeep if one.state is PacketState.RUNNING]
+    return [tag for number, tag in enumerate(running) if number == 0 or running[number - 1] != tag]
+
+
+def test_of_plans_of_several_agents_that_want_the_robot_the_cheapest_goes_first() -> None:
+    rover = Rover(
+        agent_of("dear", "PLAN dear_task() COST 8 { activate(TURN_LEFT(angle_rad: 1)) }"),
+        agent_of("cheap", "PLAN cheap_task() COST 3 { activate(STEP()) }"),
+        agent_of("middle", "PLAN middle_task() COST 3 + 2 { activate(TURN_RIGHT(angle_rad: 1)) }"),
+    )
+    rover.run_for(0.5)
+    (waits,) = rover.mind.agents[0].commitments
+    assert waits.words.endswith("waits at 8 for cheap_task of cheap:3, which costs 3")
+    rover.run_for(20.0)
+    assert begun_in(rover) == ["STEP", "TURN_RIGHT", "TURN_LEFT"]
+    assert {state for _, state in rover.ended} == {CommitmentState.FULFILLED}
+
+
+def test_a_plan_with_a_cost_keeps_the_robot_to_the_end_of_its_packets_from_cheaper_ones() -> None:
+    two = "PLAN long_task() COST 9 { activate(TURN_LEFT(angle_rad: 1)); activate(TURN_RIGHT(angle_rad: 1)) }"
+    rover = Rover(
+        agent_of("cheap", "PLAN cheap_task() COST 3 { activate(STEP()) }"),
+        agent_of("long", two),
+    )
+    rover.run_for(15.0)
+    assert begun_in(rover) == ["STEP", "TURN_LEFT", "TURN_RIGHT"]
+    rover.tell("long")
+    rover.run_for(0.5)
+    rover.tell("cheap")
+    rover.run_for(15.0)
+    assert begun_in(rover)[3:] == ["TURN_LEFT", "TURN_RIGHT", "STEP"]
+    assert {state for _, state in rover.ended} == {CommitmentState.FULFILLED}
+
+
+def test_what_states_no_cost_takes_the_robot_by_rank() -> None:
+    rover = Rover(
+        "AGENT first;\nACTUATOR activate;\nBELIEF(message(?_, ?_, turn)) => COMMIT(activate(TURN_LEFT(angle_rad: 1)));",
+        agent_of("second", "PLAN second_task() COST 1 { activate(WANDER()) }"),
+    )
+    rover.run_for(0.5)
+    rover.tell("turn")
+    rover.run_for(0.5)
+    (wander,) = rover.mind.agents[1].ended
+    assert (wander.state, wander.reason) == (CommitmentState.DROPPED, DropReason.REPLACED)
+
+
+def test_a_cost_may_be_how_long_such_packets_have_lasted() -> None:
+    rover = Rover(
+        "AGENT taught;\nACTUATOR activate;\n"
+        "BELIEF(message(?_, ?_, try)) => COMMIT(SEQ(activate(TURN_LEFT(angle_rad: 3)), activate(STEP())));\n"
+        "BELIEF(message(?_, ?_, choose)) => COMMIT(choose());\n"
+        "PLAN choose() COST lasts(TURN_LEFT) { activate(TURN_LEFT(angle_rad: 3)) }\n"
+        "PLAN choose() COST 1 + lasts(STEP) { activate(STEP()) }\n"
+    )
+    rover.tell("choose")
+    rover.run_for(0.3)
+    (before,) = rover.mind.agents[0].commitments
+    assert before.words.startswith("choose of line 5 costs 30; choose of line 6 costs 31")
+    rover.run_for(10.0)
+    rover.tell("try")
+    rover.run_for(10.0)
+    rover.tell("choose")
+    rover.run_for(0.3)
+    (after,) = rover.mind.agents[0].commitments
+    assert after.words.startswith("choose of line 6 costs")
