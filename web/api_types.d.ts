@@ -425,6 +425,14 @@ interface SourcedSensor {
   source: string;
 }
 
+/** The body that a robot's mind is in, and its moves, newest first. */
+interface Embodiment {
+  kind: "virtual" | "simulated" | "real";
+  body: { kind: string };
+  lease_until_s: number | null;
+  attempts: { state: string; reason: string; body: { kind: string }; ended_at: string | null }[];
+}
+
 interface ToldBelief {
   term: string;
   value: boolean;

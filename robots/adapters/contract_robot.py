@@ -29,6 +29,8 @@ from robots.wire import (
     FailureCategory,
     FaultReport,
     Message,
+    MindOrder,
+    MindOrderReport,
     MindQuery,
     MindReport,
     Performative,
@@ -286,6 +288,11 @@ class ContractRobot:
             case RuleSet(version=version):
                 followed = RulesReport(version=version, reason=f"{self.name} follows no rules")
                 self._mailbox.answer(message, Performative.REFUSE, followed, now_s)
+            case MindOrder() as order:
+                stays = MindOrderReport(
+                    verb=order.verb, fence=order.fence, reason=f"{self.name} has a body of its own"
+                )
+                self._mailbox.answer(message, Performative.REFUSE, stays, now_s)
             case SetPoint(driver=driver):
                 refusal = SetPointRefusal(
                     driver=driver, reason=f"{self.name} cannot be driven by an operator"

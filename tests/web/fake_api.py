@@ -304,6 +304,14 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
         service.sensor = service.sensor | {"source": body["source"]}
         return service.sensor
 
+    @app.get("/v1/robots/{name}/embodiment", dependencies=v1)
+    def embodiment(name: str) -> Any:
+        return service.embodiment
+
+    @app.post("/v1/robots/{name}:embody", dependencies=v1, status_code=202)
+    def embody(name: str, body: dict[str, Any]) -> Any:
+        return service.embody(name, body["body"])
+
     @app.get("/v1/robots/{name}/role", dependencies=v1)
     def role(name: str) -> Any:
         return service.role

@@ -443,6 +443,23 @@ class FakeService:
         self.publish("role.set" if role else "role.cleared", "yard_1", version=version)
 
     @cached_property
+    def embodiment(self) -> dict[str, Any]:
+        """Of the selected robot."""
+        body = {"kind": "velocity"}
+        return {"kind": "simulated", "body": body, "lease_until_s": None, "attempts": []}
+
+    def embody(self, name: str, kind: str, *, state: str = "requested") -> dict[str, Any]:
+        """The mind is moved into another body; `state`: how far the move is."""
+        has_it = state == "embodied"
+        move = {"state": state, "reason": "", "body": {"kind": kind}, "ended_at": "now" if has_it else None}
+        self.embodiment["attempts"] = [move]
+        if has_it:
+            self.embodiment["body"] = {"kind": kind}
+            self.embodiment["kind"] = "virtual" if kind == "avatar" else "simulated"
+        self.publish(f"embodiment.{state}", name, state=state)
+        return self.embodiment
+
+    @cached_property
     def breakpoints(self) -> dict[str, Any]:
         """Of the selected robot, and where its world stands."""
         return {"rules": [], "refusal": "", "of_others": 0, "halts": [], "left_s": None, "ended": ""}

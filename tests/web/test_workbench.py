@@ -383,6 +383,21 @@ def test_a_ring_is_replaced_by_its_virtual_counterpart_and_shown_as_virtual(
     assert service.sensor["source"] == "virtual"
 
 
+def test_a_mind_is_moved_into_another_body_and_its_move_is_followed(page: Page, service: FakeService) -> None:
+    opened(page, "behaviour")
+    shown = page.get_by_test_id("embodiment")
+    body = shown.get_by_label("Body")
+    expect(body).to_have_value("velocity")
+    expect(shown).to_contain_text("simulated")
+    body.select_option("avatar")
+    expect(shown).to_contain_text("a move to avatar is requested")
+    expect(body).to_be_disabled()
+    service.embody("yard_1", "avatar", state="embodied")
+    expect(body).to_have_value("avatar")
+    expect(shown).to_contain_text("virtual")
+    expect(body).to_be_enabled()
+
+
 def test_rules_are_sent_from_the_newest_version_and_without_faults_or_not_at_all(
     page: Page, service: FakeService
 ) -> None:

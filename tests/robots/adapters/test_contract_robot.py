@@ -15,6 +15,9 @@ from robots.wire import (
     FactsheetState,
     FailureCategory,
     Message,
+    MindOrder,
+    MindOrderReport,
+    MindVerb,
     PacketState,
     Performative,
     ReadingResult,
@@ -368,7 +371,11 @@ def test_what_only_robots_with_patterns_can_do_is_declined() -> None:
     stage = Stage()
     tuned = stage.service.send(Retune(version=3, tuning={}))
     driven = stage.service.send(SetPoint(driver="op", number=1, valid_s=1.0))
+    moved = stage.service.send(MindOrder(verb=MindVerb.REST, fence=1))
     stage.run_for(1)
+    stays = stage.service.answer(moved)
+    assert isinstance(stays, MindOrderReport)
+    assert stays.reason == "carl has a body of its own"
     report, refused = stage.service.answer(tuned), stage.service.answer(driven)
     assert isinstance(report, TuningReport)
     assert report.reason == "carl has no patterns to tune"

@@ -4,6 +4,7 @@
 import { get, id, problemOf } from "../page/api.js";
 import { el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
+import { mountBody } from "./body.js";
 import { stripChart } from "./charts.js";
 import { mountSensors } from "./sensors.js";
 import { mountTuning } from "./tuning.js";
@@ -16,9 +17,10 @@ const MAX_EVENTS = 12;
 export function mountBehaviour(root) {
   /** @param {string} name */
   const section = (name) => el("div", { "data-testid": `behaviour-${name}` });
-  const parts = { script: section("script"), conditions: section("conditions"), patterns: section("patterns"), events: section("events"), tuning: section("tuning"), sensors: section("sensors") };
+  const parts = { script: section("script"), conditions: section("conditions"), patterns: section("patterns"), events: section("events"), tuning: section("tuning"), sensors: section("sensors"), body: section("body") };
   const tuning = mountTuning(parts.tuning);
   const sensors = mountSensors(parts.sensors);
+  const body = mountBody(parts.body);
   /** @type {string[]} */
   const events = [];
   /** @type {Robot | null} */
@@ -56,6 +58,7 @@ export function mountBehaviour(root) {
       if (isOther) {
         events.length = 0;
         sensors.setRobot(current?.name ?? null);
+        body.setRobot(current?.name ?? null);
       }
       if (isOther || current?.packet !== robot?.packet) tuning.setRobot(current?.name ?? null, current?.packet ?? null);
       robot = current;
@@ -64,6 +67,7 @@ export function mountBehaviour(root) {
     },
     onEvent({ type, subject, data = {} }) {
       if (type === "world.changed" && subject === robot?.world) sensors.refresh();
+      if (type?.startsWith("embodiment.") && subject === robot?.name) body.refresh();
       if (!robot || (subject !== robot.name && data.robot !== robot.name)) return;
       const details = [data.packet, ...(data.events ?? []), data.detail || data.reason].filter(Boolean).join(", ");
       events.unshift(`${data.at_s ? `${data.at_s.toFixed(1)} s ` : ""}${words(type)}: ${details}`);

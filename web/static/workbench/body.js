@@ -1,0 +1,62 @@
+// The body of one robot: which one its mind is in, and its moves into another one.
+
+import { get, id, post } from "../page/api.js";
+import { el, replace } from "../page/dom.js";
+import { words } from "../page/format.js";
+import { attempt } from "../page/problem.js";
+
+const KINDS = ["velocity", "wheeled", "avatar"];
+
+/** @param {Element} root */
+export function mountBody(root) {
+  /** @type {string | null} */
+  let robot = null;
+  const problem = el("div", { role: "alert" });
+  const row = el("div", { class: "head", "data-testid": "embodiment" });
+  replace(root, problem, row);
+
+  async function load() {
+    const name = robot;
+    if (name === null) return;
+    await attempt([], problem, async () => {
+      /** @type {Embodiment} */
+      const embodiment = await get(`/v1/robots/${id(name)}/embodiment`);
+      if (robot === name) replace(row, draw(embodiment));
+    });
+  }
+
+  /** @param {Embodiment} one */
+  function draw({ kind, body, attempts, lease_until_s: lease }) {
+    const [move] = attempts;
+    const isMoving = move !== undefined && move.ended_at === null;
+    const said = [
+      kind,
+      lease === null ? null : `until ${lease.toFixed(0)} s unless renewed`,
+      isMoving ? `a move to ${move.body.kind} is ${words(move.state)}` : move?.reason ? `not moved to ${move.body.kind}: ${move.reason}` : null,
+    ];
+    const note = el("span", { class: "quiet small", role: "status" }, said.filter(Boolean).join("; "));
+    if (kind === "real") return note;
+    const kinds = KINDS.includes(body.kind) ? KINDS : [body.kind, ...KINDS];
+    const choice = el("select", { "aria-label": "Body", disabled: isMoving }, kinds.map((each) => el("option", { value: each, selected: each === body.kind }, each)));
+    choice.addEventListener("change", () => moveTo(choice.value));
+    return [el("label", { class: "small" }, "body ", choice), note];
+  }
+
+  /** @param {string} kind */
+  async function moveTo(kind) {
+    const name = robot;
+    if (name === null) return;
+    await attempt([], problem, () => post(`/v1/robots/${id(name)}:embody`, { body: kind }));
+    if (problem.childElementCount === 0) await load();
+  }
+
+  return {
+    /** @param {string | null} name */
+    setRobot(name) {
+      robot = name;
+      replace(row);
+      return load();
+    },
+    refresh: load,
+  };
+}
