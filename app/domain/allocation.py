@@ -34,7 +34,7 @@ class Award:
 
     :param price_s: what teams were compared by, seconds.
     :param busy_s: by robot, the time that its earlier awards take; robots without any are left out.
-    :param next_team: the next best one at that point, if there was another, and its price.
+    :param next_team: the next best one of other robots at that point, if there was one, and its price.
     """
 
     leg: str
@@ -56,7 +56,8 @@ def allocate(legs: Sequence[TenderedLeg]) -> Mapping[str, Award]:
         if not open_legs:
             break
         (price_s, team), _, leg, teams = min(open_legs, key=lambda one: (one[0][0], one[1]))
-        other_s, others = teams[1] if len(teams) > 1 else (None, ())
+        rivals = ((cost_s, other) for cost_s, other in teams if set(other) != set(team))
+        other_s, others = next(rivals, (None, ()))
         awards[leg.id] = Award(
             leg=leg.id,
             team=team,

@@ -97,6 +97,7 @@ def offer_in(row: ConversationRow) -> tuple[Offer | None, str]:
 
 
 def _as_of(packet: BehaviourPacket, planned: str, robot: str) -> BehaviourPacket:
-    """The packet as another robot would get it: its own name in place of the planned robot's."""
-    arguments = {name: robot if value == planned else value for name, value in packet.arguments.items()}
+    """The packet as another robot would get it: its own name where the planned robot's is, and the other way round."""
+    names = {planned: robot, robot: planned}
+    arguments = {name: names.get(value, value) for name, value in packet.arguments.items()}
     return packet.model_copy(update={"arguments": arguments})

@@ -39,6 +39,8 @@ from robots.world import WorldFile
 OPENER = "tenders"
 AGAIN = "awards"
 """The opener of calls for legs that the caller has decided on: their bids are accepted at once."""
+MOST_CALLS = 2000
+"""Calls of one tender; goals whose plans ask for more are planned without (our choice)."""
 LAST_WORD_S = 5.0
 """How long after a mission's end its robots have to say how their legs have ended (wall clock)."""
 
@@ -67,6 +69,11 @@ class Tenders:
         """Call all robots of the goal's world for the legs of its first plan; nobody, if there is nothing to award."""
         legs = self._legs(net, built)
         tender = TenderBody(attempt=goal.attempts)
+        calls = sum(len(leg.team) for leg in legs) * len(self._worlds[goal.world].robots)
+        if calls > MOST_CALLS:
+            why = f"its legs would take {calls} calls, of which {MOST_CALLS} are made at most"
+            tender_lifecycle.plan_centrally(tender, why)
+            return tender
         try:
             packets = self._packets(session, net, goal.world)
         except Conflict as conflict:

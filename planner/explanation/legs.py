@@ -7,17 +7,16 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from planner.explanation.purpose import purposes
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
-from planner.plan_nets.plan_net import PlanNet, PlanNetAction
+from planner.plan_nets.plan_net import GOAL, INITIAL, CausalLink, PlanNet, PlanNetAction
 from planner.problem.interface import PlanningProblem
 from planner.problem.static_facts import StaticFacts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanLeg:
-    """What a team does for a goal; an action that serves several goals counts for the first.
+    """What a team does for a goal.
 
     :param actions: by robot of the team, its actions in order, from the first that does more than bring it into place.
     """
@@ -35,11 +34,11 @@ def legs_in(
 ) -> tuple[PlanLeg, ...]:
     """The legs in the order of their first actions. What robots do only to make way, or to be somewhere, is none."""
     statics = StaticFacts(knowledge_base, problem)
-    served = purposes(plan_net, knowledge_base)
+    goals = goals_by_action(plan_net, statics.things)
     of_goal: dict[Fact, list[PlanNetAction]] = defaultdict(list)
     for action in sorted(plan_net.actions, key=lambda one: one.earliest_start_s):
-        if served[action.id].goals and statics.peripherals.isdisjoint(action.agents):
-            of_goal[served[action.id].goals[0]].append(action)
+        if action.id in goals and statics.peripherals.isdisjoint(action.agents):
+            of_goal[goals[action.id]].append(action)
     found = [
         leg
         for goal, actions in of_goal.items()
@@ -49,6 +48,40 @@ def legs_in(
     return tuple(
         sorted(found, key=lambda leg: min(mine[0].earliest_start_s for mine in leg.actions.values()))
     )
+
+
+def goals_by_action(plan_net: PlanNet, things: frozenset[str]) -> Mapping[str, Fact]:
+    """The goal that each action is done for: the one about what it handles.
+
+    Of others it is the goal where their causal links lead, first those about what is handled. Not every goal that comes
+    after an action in some way is what it is done for: a robot's gripper is empty again after each.
+
+    :param things: what is moved or worked on.
+    """
+    about = {thing: goal for goal in reversed(plan_net.goals) for thing in things.intersection(goal.args)}
+    going: dict[str, list[CausalLink]] = defaultdict(list)
+    for link in plan_net.causal_links:
+        if link.producer != INITIAL:
+            going[link.producer].append(link)
+    starts_s = {action.id: action.earliest_start_s for action in plan_net.actions}
+    found: dict[str, Fact] = {}
+    # NOTE: actions are in the order of a linearisation, so consumers come after producers.
+    for action in reversed(plan_net.actions):
+        handled = [about[name] for name in action.arguments.values() if name in about]
+        links = [link for link in going[action.id] if link.consumer == GOAL or link.consumer in found]
+        if handled:
+            found[action.id] = handled[0]
+        elif links:
+            first = min(
+                links, key=lambda link: (things.isdisjoint(link.fact.args), *_soonest(link, starts_s))
+            )
+            found[action.id] = first.fact if first.consumer == GOAL else found[first.consumer]
+    return found
+
+
+def _soonest(link: CausalLink, starts_s: Mapping[str, float]) -> tuple[bool, float, CausalLink]:
+    """Orders links by when their consumers begin, those that achieve a goal first."""
+    return link.consumer != GOAL, starts_s.get(link.consumer, 0.0), link
 
 
 def _teams(actions: list[PlanNetAction]) -> list[tuple[str, ...]]:

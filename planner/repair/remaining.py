@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from planner.engines.peripherals import attend
 from planner.engines.plan_net_completion import complete_plan_net, confirm
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
-from planner.explanation.purpose import purposes
+from planner.explanation.legs import goals_by_action
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.extraction import fault_of
@@ -145,12 +145,14 @@ def _barred(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: Knowled
     """The actions by robots that may no longer be recruited for the goal that they serve."""
     if not problem.recruits:
         return frozenset()
-    served = purposes(plan_net, knowledge_base)
+    statics = StaticFacts(knowledge_base, problem)
+    goals = goals_by_action(plan_net, statics.things)
     return frozenset(
         action.id
         for action in plan_net.actions
-        for goal in served[action.id].goals[:1]
-        if goal in problem.recruits and not problem.recruits[goal].issuperset(action.agents)
+        if action.id in goals
+        and (allowed := problem.recruits.get(goals[action.id])) is not None
+        and not (allowed | statics.peripherals).issuperset(action.agents)
     )
 
 

@@ -10,14 +10,16 @@ from app.domain.recovery_rules import (
     Policy,
     Trouble,
     category_of,
+    has_failed_at,
     left_out,
     measure_of,
     needs_decision,
     policy_for,
 )
+from app.domain.tender_document import LegBody
 from planner.repair import Course
 from robots.wire import FailureCategory
-from tests.app.sample_store import Store
+from tests.app.sample_store import Store, said
 
 STORE = Store()
 ROBOT, WORLD, LOST = (
@@ -127,3 +129,19 @@ def test_a_correction_answers_troubles_of_what_it_names_but_finds_no_lost_robot(
 def test_a_trouble_comes_back_from_the_record_as_it_was() -> None:
     one = replace(trouble(category=LOST, fit=False), script="script-1", about=("sample_1",), answered=True)
     assert Trouble.from_json(one.to_json()) == one
+
+
+def test_a_robot_has_failed_at_the_leg_that_its_trouble_was_about() -> None:
+    def leg(sample: str) -> LegBody:
+        return LegBody(id=sample, goal=said(f"in({sample}, bay_7)"), parts=())
+
+    dropped = replace(trouble(), about=("sample_1", "door_1"))
+    assert has_failed_at([dropped], leg("sample_1"), "yard_1")
+    assert not has_failed_at([dropped], leg("sample_2"), "yard_1")
+    assert not has_failed_at([dropped], leg("sample_1"), "yard_2")
+    assert has_failed_at([trouble()], leg("sample_2"), "yard_1"), "it is not known at what it failed"
+    assert has_failed_at([replace(dropped, fit=False)], leg("sample_2"), "yard_1"), (
+        "it cannot be used any longer"
+    )
+    assert not has_failed_at([replace(dropped, waited=True)], leg("sample_1"), "yard_1")
+    assert not has_failed_at([replace(dropped, answered=True)], leg("sample_1"), "yard_1")

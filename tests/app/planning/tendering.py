@@ -8,6 +8,7 @@ from app.domain.mission_organiser import load_library
 from app.domain.tender_document import TenderBody
 from app.planning.tenders import tender_of
 from app.store import ConversationRow, GoalRow, ScriptRow
+from planner import PlanningEngine
 from robots.clock import ManualClock
 from robots.wire import BehaviourScript, Message, Performative, ScriptRequest, SpeechAct
 from robots.world import WorldFile
@@ -20,16 +21,22 @@ from tests.app.scripted import InProcessWorker
 from tests.app.stepped_clock import SteppedClock
 
 GOAL = "goal-1"
+LOOKS_EVERY = 5
+"""Control cycles between two looks of the service at what it is to say."""
 
 
 class Tendering:
     """The sample store's robots in simulation, and a service that plans by rule and speaks with them."""
 
-    def __init__(self, database_url: str, world: WorldFile) -> None:
+    def __init__(
+        self, database_url: str, world: WorldFile, *, engine: PlanningEngine | None = None, seed: int = 0
+    ) -> None:
+        """:param engine: plans; None: by rule."""
+        self._worker = InProcessWorker(engine or StoreEngine())
         self.world = world
         self.store = Store(world)
         self.database_url = database_url
-        self.simulation = Simulation(world, make_agent=behavioural_agent, seed=0, jitter_m=0.0)
+        self.simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=0.0)
         self.heard: dict[str, tuple[str, str]] = {}
         """What robots were told, by the message: the robot, and the performative."""
         self.services = self._start()
@@ -44,7 +51,7 @@ class Tendering:
             clock=ManualClock(),
             wall_clock=SteppedClock(),
             silent={},
-            worker=InProcessWorker(StoreEngine()),
+            worker=self._worker,
             speech=self._speech,
         )
 
@@ -57,10 +64,10 @@ class Tendering:
         self.services.database.close()
         self.services = self._start()
 
-    def submit(self, *facts: str, **more: object) -> GoalRow:
+    def submit(self, *facts: str, id: str = GOAL, **more: object) -> GoalRow:
         """State a goal and make its first plan; the goal."""
         usual = {
-            "id": GOAL,
+            "id": id,
             "world": WORLD,
             "text": " and ".join(facts),
             "goal": [said(one).model_dump() for one in facts],
@@ -73,10 +80,10 @@ class Tendering:
         }
         with self.services.database.write() as session:
             session.add(GoalRow(**{**usual, **more}))
-        return self.services.plan_once(GOAL)
+        return self.services.plan_once(id)
 
-    def goal(self) -> GoalRow:
-        return self.services.read(lambda session: session.get_one(GoalRow, GOAL))  # type: ignore[no-any-return]
+    def goal(self, goal_id: str = GOAL) -> GoalRow:
+        return self.services.read(lambda session: session.get_one(GoalRow, goal_id))  # type: ignore[no-any-return]
 
     @property
     def tender(self) -> TenderBody:
@@ -99,17 +106,17 @@ class Tendering:
         self.services.life.monitor(mission_id)
         return mission_id
 
-    def run(self, seconds: float, *, deaf: Collection[str] = ()) -> None:
-        """Let the world's time pass. :param deaf: robots that hear nothing."""
-        for _ in range(round(20 * seconds)):
-            for one in self.speech.due(WORLD):
+    def run(self, seconds: float, *, deaf: Collection[str] = (), mute: Collection[str] = ()) -> None:
+        """Let the world's time pass. :param deaf: robots that hear nothing. :param mute: robots that are not heard."""
+        for cycle in range(round(20 * seconds)):
+            for one in self.speech.due(WORLD) if cycle % LOOKS_EVERY == 0 else ():
                 if one.robot not in deaf:
                     self._say(one)
                 if one.ends:
                     self.speech.was_said(one)
             self.simulation.step_control_cycle()
             for message in self.simulation.link.receive():
-                if isinstance(message.body, SpeechAct):
+                if isinstance(message.body, SpeechAct) and message.sender not in mute:
                     for answer in self.speech.hear(WORLD, message, message.body):
                         self._say(answer)
 

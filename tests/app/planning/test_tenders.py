@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from app.domain.tender_document import BidState, LegBody
-from app.store import ConversationRow, EventRow
+from app.store import ConversationRow, EventRow, MissionRow
 from robots.social import parse_term
 from robots.world import WorldFile
 from tests.app.planning.tendering import GOAL, Tendering
@@ -50,6 +50,10 @@ def told(tendering: Tendering, performative: str) -> list[str]:
 def accepted(row: ConversationRow) -> str:
     """The award that was said in a conversation."""
     return next(str(one["content"]) for one in row.said if one["performative"] == "accept-proposal")
+
+
+def outcomes(tendering: Tendering, mission: str) -> dict[str, str]:
+    return {row.robot: row.state for row in tendering.conversations(about=mission)}
 
 
 def robots_of_plan(tendering: Tendering) -> list[str]:
@@ -138,10 +142,7 @@ def test_approval_awards_the_winners_their_scripts_and_rejects_the_others(tender
     tendering.run(1.0)
     assert told(tendering, "accept-proposal") == ["store_2", "yard_1"]
     assert told(tendering, "reject-proposal") == ["yard_2"]
-    assert {row.robot: row.state for row in tendering.conversations(about=mission)} == {
-        "yard_1": "awarded",
-        "store_2": "awarded",
-    }
+    assert outcomes(tendering, mission) == {"yard_1": "awarded", "store_2": "awarded"}
     scripts = {row.robot: parse_term(accepted(row)).words for row in tendering.conversations(about=mission)}
     assert scripts == {
         "yard_1": ("leg_1", f"{mission}-yard_1"),
@@ -149,13 +150,29 @@ def test_approval_awards_the_winners_their_scripts_and_rejects_the_others(tender
     }
 
 
-def test_a_robot_says_that_its_awarded_script_has_ended(tendering: Tendering) -> None:
+def test_a_robot_whose_last_word_was_lost_is_asked_for_it_at_the_missions_end(tendering: Tendering) -> None:
     tendering.plan(STORED)
     mission = tendering.approve()
     tendering.give([row for row in tendering.services.scripts(mission) if row.robot == "yard_1"])
-    tendering.run(45.0)
-    outcome = {row.robot: row.state for row in tendering.conversations(about=mission)}
-    assert outcome == {"yard_1": "done", "store_2": "awarded"}
+    tendering.run(40.0, mute=("yard_1",))
+    assert outcomes(tendering, mission) == {"yard_1": "awarded", "store_2": "awarded"}
+    with tendering.services.database.write() as session:
+        assert tendering.services.tenders is not None
+        tendering.services.tenders.settle(session, session.get_one(MissionRow, mission))
+    tendering.run(1.0)
+    assert outcomes(tendering, mission) == {"yard_1": "done", "store_2": "awarded"}
+    tendering.run(20.0)
+    assert outcomes(tendering, mission)["store_2"] == "timed_out"
+
+
+def test_a_plan_that_asks_for_too_many_calls_is_not_put_to_tender(
+    tendering: Tendering, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.planning.tenders.MOST_CALLS", 7)
+    tendering.submit(STORED)
+    assert tendering.services.plan_once(GOAL).state == "planned"
+    assert tendering.tender.reason == "its legs would take 8 calls, of which 7 are made at most"
+    assert tendering.conversations() == []
 
 
 def test_a_rejected_plan_and_a_cancelled_goal_reject_the_bids(tendering: Tendering) -> None:

@@ -8,6 +8,7 @@ from app.domain.world_model import planning_problem
 from planner import Fact, PlanningProblem, PlanningRequest, PlanningStatus
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.explanation.legs import legs_in
+from planner.repair import NOT_BEGUN, Course, repair
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -51,3 +52,34 @@ def test_a_leg_is_what_robots_do_for_a_goal_without_the_way_there(problem: Plann
     assert [[action.tag for action in actions] for leg in legs for actions in leg.actions.values()] == [
         ["DOCK", "TRANSPORT", "RELEASE2"]
     ] * 2
+
+
+def test_a_leg_is_for_the_goal_about_what_it_handles() -> None:
+    """store_1 makes way for its second leg by the first: each is for the goal of its own sample all the same."""
+    goals = (STORE.fact("in(sample_3, bay_1)"), STORE.fact("in(sample_2, bay_7)"))
+    problem = planning_problem(STORE.world, STORE.facts, goals, knowledge_base=STORE.base)
+    result = HierarchicalEngine(STORE.base).plan(problem, PlanningRequest(effort_s=0.0))
+    assert result.plan_net is not None
+    for leg in legs_in(result.plan_net, problem, STORE.base):
+        handled = {
+            action.arguments["object"]
+            for actions in leg.actions.values()
+            for action in actions
+            if "object" in action.arguments
+        }
+        assert handled == {leg.goal.args[0]}
+
+
+def test_a_repair_keeps_no_action_of_a_robot_that_is_no_longer_recruited_for_its_goal(
+    problem: PlanningProblem,
+) -> None:
+    engine = HierarchicalEngine(STORE.base)
+    request = PlanningRequest(effort_s=0.0)
+    made = engine.plan(replace(problem, recruits={FIRST: frozenset({"yard_1", "store_2"})}), request)
+    assert made.plan_net is not None
+    kept = repair(engine, STORE.base, made.plan_net, problem, NOT_BEGUN, request)
+    assert kept.course is Course.KEPT
+    others = replace(problem, recruits={FIRST: frozenset({"yard_2", "store_2"})})
+    mended = repair(engine, STORE.base, made.plan_net, others, NOT_BEGUN, request)
+    assert mended.plan_net is not None
+    assert mended.plan_net.robots == ("store_1", "store_2", "yard_2")
