@@ -21,15 +21,18 @@ class Outcome:
 DONE = Outcome(True)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(slots=True, kw_only=True, eq=False)
 class Claim:
-    """A plan's claim on the robot's body: its title, its cost as of now (None: not known), and what tells of the choice
-    for people.
+    """A commitment's claim on the robot's body by the plan that it has chosen.
+
+    `title`: the plan's; `cost`: as of now, None if it is not known; `tell`: says for people how claims were compared;
+    `has_begun`: a packet of the plan has begun, or was refused.
     """
 
     title: str
     cost: Callable[[], float | None]
     tell: Callable[[str], None]
+    has_begun: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

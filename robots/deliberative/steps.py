@@ -137,6 +137,8 @@ class _Packet:
         if self._attempt is not None:
             return self._attempt.outcome
         begun = self._actuators.activate(self._wanted)
+        if begun is not None and self._wanted.claim is not None:
+            self._wanted.claim.has_begun = True
         if begun is None or isinstance(begun, Outcome):
             return begun
         self._attempt = begun
@@ -211,12 +213,18 @@ class _Chosen:
         self._title = ""
         self._rejected: list[str] = []
         self._begun_s: float | None = None
+        self._plan: Plan | None = None
+        self._key = (-1, "")
+        self._claim = Claim(title="", cost=lambda: None, tell=means.note)
 
     def advance(self, now_s: float) -> Outcome | None:
         if self._begun_s is None:
             self._begun_s = now_s
         if self._current is None and not self._is_informed() and now_s < self._begun_s + FIRST_READING_S:
             return None
+        if self._current is not None and self._may_choose_again():
+            self._tried.discard(self._key)
+            self._current = None
         while True:
             if self._current is None:
                 self._current = self._choose()
@@ -233,6 +241,13 @@ class _Chosen:
         """Whether all has been sensed that the choice depends on."""
         means = self._means
         return means.actuators.senses and all(means.has_read(plan.when) for plan in self._plans)
+
+    def _may_choose_again(self) -> bool:
+        """Whether the plan waits for the robot's body and has done nothing yet: another one may be better now."""
+        plan = self._plan
+        if plan is None or plan.cost is None or self._claim.has_begun:
+            return False
+        return _begins_with_packet(plan.step)
 
     def _choose(self) -> StepRun | None:
         means = self._means
@@ -254,19 +269,29 @@ class _Chosen:
             return None
         cost, number, bindings = found[0]
         plan = self._plans[number]
-        self._tried.add((number, str(bindings)))
+        key = (number, str(bindings))
+        is_new = key != self._key
+        self._plan = plan
+        self._key = key
+        self._tried.add(key)
         self._title = _titled(plan)
         others = [f"{_titled(self._plans[other])} costs {more:.3g}" for more, other, _ in found[1:]]
         words = "; ".join([f"{self._title} costs {cost:.3g}", *self._failed, *others, *self._rejected])
-        means.note(words)
+        if is_new:
+            means.note(words)
         if plan.cost is None:
             return begin(plan.step, bindings, means)
-        claim = Claim(
-            title=f"{plan.name} of {means.because}",
-            cost=lambda: self._cost(plan, bindings),
-            tell=lambda chosen: means.note(f"{words}; {chosen}"),
-        )
-        return begin(plan.step, bindings, replace(means, claim=claim))
+        return begin(plan.step, bindings, replace(means, claim=self._claimed(plan, bindings, words)))
+
+    def _claimed(self, plan: Plan, bindings: Bindings, words: str) -> Claim:
+        """The claim, which stays the same while it waits, now of this plan."""
+        means = self._means
+        claim = self._claim
+        claim.title = f"{plan.name} of {means.because}"
+        claim.cost = lambda: self._cost(plan, bindings)
+        claim.tell = lambda chosen: means.note(f"{words}; {chosen}")
+        claim.has_begun = False
+        return claim
 
     def _cost(self, plan: Plan, bindings: Bindings) -> float | None:
         return 0.0 if plan.cost is None else cost_of(plan.cost, bindings, self._means.actuators.measure)
@@ -274,6 +299,12 @@ class _Chosen:
     def cancel(self, words: str) -> None:
         if self._current is not None:
             self._current.cancel(words)
+
+
+def _begins_with_packet(step: Step) -> bool:
+    while isinstance(step, Group) and step.joint is not Joint.PAR:
+        step = step.steps[0]
+    return isinstance(step, Activate)
 
 
 def _titled(plan: Plan) -> str:

@@ -418,3 +418,24 @@ def test_a_cost_may_be_how_long_such_packets_have_lasted() -> None:
     rover.run_for(0.3)
     (after,) = rover.mind.agents[0].commitments
     assert after.words.startswith("choose of line 6 costs")
+
+
+def test_a_plan_that_has_waited_for_the_robot_is_chosen_again_by_what_holds_then() -> None:
+    rover = Rover(
+        agent_of("busy", "PLAN busy_task() COST 1 { activate(TURN_LEFT(angle_rad: 3)) }"),
+        """AGENT late;
+ACTUATOR activate;
+BELIEF(message(request, ?_, wet)) => COMMIT(adoptBelief(wet));
+BELIEF(startup) => COMMIT(go());
+PLAN go() WHEN !BELIEF(wet) COST 5 { activate(STEP()) }
+PLAN go() COST 7 { activate(TURN_RIGHT(angle_rad: 1)) }
+""",
+    )
+    rover.run_for(0.5)
+    (waits,) = rover.mind.agents[1].commitments
+    assert waits.words.startswith("go of line 5 costs 5")
+    rover.tell("wet")
+    rover.run_for(0.5)
+    assert waits.words == "go of line 6 costs 7; go of line 5 does not apply"
+    rover.run_for(15.0)
+    assert begun_in(rover) == ["TURN_LEFT", "TURN_RIGHT"]
