@@ -129,6 +129,10 @@ class EmbodimentKeeper(Protocol):
         """The orders that robots of the world have not answered."""
         ...
 
+    def has_leases(self, world: str) -> bool:
+        """Whether robots of the world have leases, which are to be renewed in time."""
+        ...
+
     def record_answer(
         self, world: str, robot: str, performative: Performative, report: MindOrderReport
     ) -> None:
@@ -252,8 +256,7 @@ class AgentModels:
                     self._due.clear()
                     if has_lease:
                         self._deliver()
-                    pause_s = MIN_RESEND_S if self._communications.has_unanswered else IDLE_DELIVER_S
-                    due_s = self._wall.monotonic_s() + pause_s
+                    due_s = self._wall.monotonic_s() + self._pause_s()
                 had_lease = has_lease
             except LinkClosed:
                 logger.warning("the link to the robots of %s is closed", self._world)
@@ -269,6 +272,13 @@ class AgentModels:
                 else:
                     logger.exception("handling of messages of the robots of %s failed", self._world)
                 self._wall.wait(self._background.ending, DELIVER_S)
+
+    def _pause_s(self) -> float:
+        """Wall-clock seconds until the next delivery, if nothing is written meanwhile."""
+        if self._communications.has_unanswered:
+            return MIN_RESEND_S
+        has_leases = self._embodiments is not None and self._embodiments.has_leases(self._world)
+        return DELIVER_S if has_leases else IDLE_DELIVER_S
 
     def _handle(self, message: Message) -> bool:
         """Handle a message at once; False if it is one to be recorded."""

@@ -23,7 +23,7 @@ class Embody(Request):
     )
     lease_s: float | None = Field(
         default=None,
-        ge=10,
+        ge=20,
         le=1e6,
         description="how long the robot may act in that body without hearing of the service, in seconds of its world; "
         "then it stands until it does; null: without end",

@@ -80,6 +80,7 @@ class EmbodimentService:
         self._worlds = worlds
         self._clocks = clocks
         self._changes = changes
+        self._leased: dict[str, bool] = {}
 
     def get(self, robot: str) -> RobotEmbodiment:
         """:raises NotFound: if no world has the robot."""
@@ -148,7 +149,12 @@ class EmbodimentService:
                     self._step(session, row)
             with self._core.database.read() as session:
                 rows = session.scalars(query).all()
+        self._leased[world] = any(row.lease_s is not None for row in rows)
         return [order for row in rows if (order := _order(row)) is not None]
+
+    def has_leases(self, world: str) -> bool:
+        """Whether robots of the world had leases when `due` was called last."""
+        return self._leased.get(world, False)
 
     def record_answer(
         self, world: str, robot: str, performative: Performative, report: MindOrderReport
@@ -167,7 +173,7 @@ class EmbodimentService:
                 else:
                     self._become(session, row, EmbodimentState.REFUSED, report.reason)
             elif report.verb is MindVerb.GO_ON and agreed:
-                row.lease_told_s = row.lease_until_s
+                row.lease_told_s = report.lease_until_s
                 if row.state in GOES_ON_AS:
                     self._become(session, row, GOES_ON_AS[row.state])
 

@@ -94,7 +94,9 @@ class Embodiment:
 
 
 def _answer(request: Message, order: MindOrder, reason: str = "") -> Answer:
-    report = MindOrderReport(verb=order.verb, fence=order.fence, reason=reason)
+    report = MindOrderReport(
+        verb=order.verb, fence=order.fence, reason=reason, lease_until_s=order.lease_until_s
+    )
     return Answer(request, Performative.REFUSE if reason else Performative.AGREE, report)
 
 

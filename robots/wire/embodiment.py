@@ -33,9 +33,13 @@ class MindOrder(Wire):
 
 
 class MindOrderReport(Wire):
-    """Robot to service: the mind rests, or goes on (agree), or does not for a reason (refuse)."""
+    """Robot to service: the mind rests, or goes on (agree), or does not for a reason (refuse).
+
+    `lease_until_s`: of a mind that goes on, until when, as it was told.
+    """
 
     kind: Literal["mind_order_report"] = "mind_order_report"
     verb: MindVerb
     fence: int
     reason: str = ""
+    lease_until_s: float | None = None

@@ -376,7 +376,10 @@ class FakeTeam:
         if not refused:
             robot.rests = order.verb is MindVerb.REST
         report = MindOrderReport(
-            verb=order.verb, fence=order.fence, reason=f"{name} is not willing" if refused else ""
+            verb=order.verb,
+            fence=order.fence,
+            reason=f"{name} is not willing" if refused else "",
+            lease_until_s=order.lease_until_s,
         )
         performative = Performative.REFUSE if refused else Performative.AGREE
         return self._message(name, performative, report, message.id)
