@@ -65,6 +65,16 @@ class Mailbox:
         self._speech: list[Message] = []
 
     @property
+    def heard_s(self) -> float:
+        """When the service was last heard (world's clock)."""
+        return self._received_s
+
+    @property
+    def answer_s(self) -> float:
+        """In what time a receipt comes, if the link is up and neither is lost."""
+        return self._interval_s
+
+    @property
     def kept(self) -> int:
         """The number of reports without a receipt."""
         return len(self._kept)

@@ -2,8 +2,8 @@
 
 from pydantic import Field
 
-from robots.data import Checked
-from robots.wire import Message
+from robots.data import Checked, StrEnum
+from robots.wire import DelegationBid, Message
 
 
 class MailboxMemory(Checked):
@@ -29,7 +29,52 @@ class OwedClearance(Checked):
     until_s: float
 
 
+class AwardMemory(Checked):
+    """A leg of another robot that this one was awarded, by that message, and does by that script of its own."""
+
+    message: Message
+    leg: str
+    script_id: str
+    until_s: float
+
+
+class DelegationPhase(StrEnum):
+    """How far a robot is that puts a leg to others."""
+
+    PROBING = "probing"
+    """It waits whether the service answers, which then decides."""
+    MAKING_WAY = "making_way"
+    """It drives home."""
+    CALLING = "calling"
+    """It has called for proposals, or is to call again."""
+    AWARDED = "awarded"
+    """Another robot does the leg."""
+
+
+class DelegationMemory(Checked):
+    """A leg that is put to others.
+
+    `since_s`: when the phase began; `aside`: the place that it has driven to; `tried`: who was awarded it before, or
+    declined the award; `award`: the message by which it was awarded, `count` of how many; `bids`: of the last call.
+    """
+
+    script_id: str
+    leg: str
+    phase: DelegationPhase
+    since_s: float
+    aside: str = ""
+    tried: tuple[str, ...] = ()
+    award: Message | None = None
+    count: int = 0
+    expected_s: float = 0.0
+    bids: tuple[DelegationBid, ...] = ()
+
+
 class SocialMemory(Checked):
-    """What a robot has still to say to others, oldest first."""
+    """What a robot has still to say to others, oldest first; other robots' legs that it was awarded, and its own leg
+    that it puts to others.
+    """
 
     owed: tuple[OwedClearance, ...] = ()
+    awards: tuple[AwardMemory, ...] = ()
+    delegation: DelegationMemory | None = None

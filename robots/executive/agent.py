@@ -12,6 +12,7 @@ from robots.contract.telemetry_rate import TELEMETRY_S, is_due
 from robots.errors import RepertoireError, SensorFault
 from robots.executive.breakpoints import Halt
 from robots.executive.control_loop import LOOPS, ControlLoop
+from robots.executive.delegation import DelegatedLeg, is_awarded
 from robots.executive.deliberation import Deliberation
 from robots.executive.discoveries import Discoveries
 from robots.executive.embodiment import Answer, Embodiment
@@ -36,10 +37,12 @@ from robots.physical.profile import RobotProfile
 from robots.reactive.synthesis import Motion
 from robots.repertoire import Repertoire, load_repertoire, load_self_level
 from robots.wire import (
+    BehaviourPacket,
     BehaviourScript,
     Clearance,
     Control,
     ControlVerb,
+    DelegationReport,
     Factsheet,
     Message,
     MindOrder,
@@ -105,6 +108,7 @@ class BehaviouralAgent:
         self._tuning_version = 0
         self._tuning = PacketTunings()
         self._executive = Executive(profile, self._repertoire)
+        self._executive.delegates = society is not None
         self._deliberation = deliberation
         self._discoveries = Discoveries(profile)
         self._upkeep = Upkeep(profile, load_self_level())
@@ -122,6 +126,8 @@ class BehaviouralAgent:
         self._has_stood = False
         self._withheld: list[Message] = []
         """Messages that have come while the mind rests."""
+        self._held_back: list[Message] = []
+        """Scripts that arrived while the robot does another one's leg, which they do not end."""
         self._last_s: float | None = None
         self._fault = ""
         self._fault_s = 0.0
@@ -244,6 +250,7 @@ class BehaviouralAgent:
             self._has_stood = False
             self._executive.go_on()
         self._speak()
+        self._take_held_back(now_s)
         self._start_upkeep(percepts)
         if self._deliberation is not None:
             self._executive.left_to_rules = self._deliberation.takes_over
@@ -379,7 +386,7 @@ class BehaviouralAgent:
     def perform(self, script: BehaviourScript) -> str | None:
         me = self.profile.name
         current = self._executive.script
-        if current is not None and not current.is_own:
+        if current is not None and (not current.is_own or is_awarded(current)):
             return f"{me} is busy with script {current.id}"
         if (driver := self._teleoperation.driver) is not None:
             return f"{driver} drives {me}"
@@ -398,6 +405,33 @@ class BehaviouralAgent:
             return f"{self.profile.name} {doing}: nobody has asked for that"
         self.withdraw(script.id)
         return None
+
+    @property
+    def delegated(self) -> DelegatedLeg | None:
+        return self._executive.delegated
+
+    def make_way(self, own: BehaviourScript) -> str | None:
+        return self._executive.make_way(own)
+
+    def end_delegated(self, robot: str) -> None:
+        self._executive.end_delegated(robot, self._percepts, self._clock.now_s())
+
+    def take_back(self, reason: str) -> None:
+        self._executive.take_back(reason, self._percepts, self._clock.now_s())
+
+    def packets_ended(self, script_id: str) -> int | None:
+        return self._executive.packets_ended(script_id)
+
+    def moves_jaws(self, packet: BehaviourPacket) -> bool:
+        return self._executive.moves_jaws(packet)
+
+    @property
+    def service_heard_s(self) -> float:
+        return self._mailbox.heard_s
+
+    @property
+    def service_answers_s(self) -> float:
+        return self._mailbox.answer_s
 
     def withdraw(self, script_id: str) -> None:
         self._executive.withdraw_own(script_id, self._percepts, self._clock.now_s())
@@ -425,7 +459,7 @@ class BehaviouralAgent:
     def send(self, message: Message) -> None:
         self._mailbox.pass_on(message)
 
-    def tell_service(self, report: SpeechReport) -> None:
+    def tell_service(self, report: SpeechReport | DelegationReport) -> None:
         self._mailbox.report(Performative.INFORM, report, report.at_s)
 
     def _needs_percepts(self, message: Message) -> bool:
@@ -442,6 +476,9 @@ class BehaviouralAgent:
     def _handle(self, message: Message, now_s: float) -> None:
         match message.body:
             case ScriptRequest(script=script):
+                if script.id not in self._verdicts and is_awarded(self._executive.script):
+                    self._held_back.append(message)
+                    return
                 if script.id not in self._verdicts:
                     remember(self._verdicts, script.id, self._accept(script, now_s))
                 self._mailbox.agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
@@ -469,6 +506,14 @@ class BehaviouralAgent:
                 self._follow(message, rules, now_s)
             case SetPoint() as set_point:
                 self._drive(message, set_point, now_s)
+
+    def _take_held_back(self, now_s: float) -> None:
+        """Take up what waits for the end of another robot's leg. After a power failure the service says it again."""
+        if self._held_back and not is_awarded(self._executive.script):
+            held_back = self._held_back
+            self._held_back = []
+            for message in held_back:
+                self._handle(message, now_s)
 
     def _accept(self, script: BehaviourScript, now_s: float) -> str | None:
         """Accept a script and cancel the one it supersedes, or return the reason against it."""

@@ -7,7 +7,8 @@ from typing import NamedTuple
 from robots.conditions.facts import perceived
 from robots.contract.known_scripts import ENDED, ScriptStates
 from robots.errors import RepertoireError
-from robots.executive.memory import ExecutiveMemory, ScriptMemory
+from robots.executive.delegation import DelegatedLeg, is_awarded, packets_of, to_delegate
+from robots.executive.memory import DelegatedMemory, ExecutiveMemory, ScriptMemory
 from robots.executive.own_packets import AT_MOST_S, OwnPackets, why_held, why_not_now
 from robots.executive.packet_run import Change, Outcome, PacketRun
 from robots.executive.reports import Report, cancelled_before_arrival_report, packet_report, script_report
@@ -36,6 +37,7 @@ BEGUN_AGAIN_AT_MOST = 3
 NEWS = 64
 LASTED = 16
 """Packets of a kind of which the duration is kept (our choice)."""
+DELEGATED = "the leg is put to other robots"
 
 
 class News(NamedTuple):
@@ -68,6 +70,10 @@ class Executive:
         """How long the current packet stays suspended at most; None if it is not."""
         self._begun_again: dict[str, int] = {}
         """How often packets of the script were begun again, by their ids."""
+        self._delegated: DelegatedMemory | None = None
+        """The leg of the current packet, which has failed, while it is put to other robots."""
+        self.delegates = False
+        """Whether the robot puts legs to others that it may."""
         self.news: deque[News] = deque(maxlen=NEWS)
         """What has become of packets and scripts, oldest first; for the deliberative level, which takes them."""
         self.left_to_rules = frozenset[str]()
@@ -123,6 +129,8 @@ class Executive:
             return None
         if self._own is not None:
             return self._own.behaviour
+        if self._delegated is not None:
+            return None
         return self._machine[run.packet.id, run.phase]
 
     @property
@@ -165,7 +173,7 @@ class Executive:
         """Accept a script, or return the reason against it. The robot's own script is cancelled for it."""
         if script.robot != self._profile.name:
             return f"script {script.id} is for {script.robot}, this is {self._profile.name}"
-        if self.script is not None and not self.script.is_own:
+        if self.script is not None and (not self.script.is_own or is_awarded(self.script)):
             return f"{self._profile.name} is busy with script {self.script.id}"
         if (unable := self.why_unable(script)) is not None:
             return unable
@@ -179,6 +187,7 @@ class Executive:
         self._newest_order = 0
         self._suspended_s = None
         self._begun_again = {}
+        self._delegated = None
         self._note(ScriptState.ACCEPTED)
         return None
 
@@ -214,7 +223,9 @@ class Executive:
             return f"{self._profile.name} has no script to interrupt"
         if self.state is ScriptState.PAUSED or self._suspended_s is not None or self._own is not None:
             return f"script {self.script_id} is interrupted already"
-        if (reason := why_not_now(run, self._profile, percepts, may_carry=may_carry)) is not None:
+        reason = DELEGATED if self._delegated is not None else None
+        reason = reason or why_not_now(run, self._profile, percepts, may_carry=may_carry)
+        if reason is not None:
             return reason
         try:
             packets = OwnPackets(own, *self._prepare(own))
@@ -241,6 +252,8 @@ class Executive:
         run = self.current
         if run is None or self.state is ScriptState.PAUSED:
             return "no packet is under way"
+        if self._delegated is not None:
+            return DELEGATED
         if run.grips:
             return f"{run.packet.tag} moves the jaws"
         if self._suspended_s is None:
@@ -262,6 +275,8 @@ class Executive:
         run = self.current
         if run is None or self._own is not None or self.state is ScriptState.PAUSED:
             return "no packet is under way"
+        if self._delegated is not None:
+            return DELEGATED
         if run.grips:
             return f"{run.packet.tag} moves the jaws"
         count = self._begun_again.get(run.packet.id, 0)
@@ -278,6 +293,8 @@ class Executive:
         run = self.current
         if run is None:
             return "no packet is under way"
+        if self._delegated is not None:
+            return DELEGATED
         if run.grips:
             return f"{run.packet.tag} moves the jaws"
         category = FailureCategory.WORLD_CHANGED if run.is_missing_something else FailureCategory.ROBOT
@@ -299,6 +316,76 @@ class Executive:
         if (run := self.current) is not None:
             run.resume_after_own()
 
+    @property
+    def delegated(self) -> DelegatedLeg | None:
+        """The leg that is put to other robots now; None if there is none."""
+        kept = self._delegated
+        if kept is None or not self.active:
+            return None
+        script = self._active_script
+        leg = next(one for one in script.delegable if one.id == kept.leg)
+        return DelegatedLeg(script_id=script.id, leg=leg, packets=packets_of(script, leg), why=kept.detail)
+
+    def make_way(self, own: BehaviourScript) -> str | None:
+        """Run own packets while a leg is put to others, or return the reason against it."""
+        if self._delegated is None or self._own is not None:
+            return "no leg is put to others"
+        try:
+            packets = OwnPackets(own, *self._prepare(own))
+        except RepertoireError as error:
+            return str(error)
+        if (reason := packets.why_not_between(self._profile, self._active_script)) is not None:
+            return reason
+        self._own = packets
+        self.own_reason = ""
+        self._states.note(own.id, ScriptState.ACCEPTED)
+        self._states.note(own.id, ScriptState.RUNNING)
+        return None
+
+    def end_delegated(self, robot: str, percepts: Percepts | None, now_s: float) -> None:
+        """Another robot has done the leg: go on after it."""
+        kept = self.delegated
+        self._delegated = None
+        if kept is None:
+            return
+        ids = [run.packet.id for run in self._runs]
+        for run in self._runs:
+            if run.packet.id in kept.leg.packets and run.state is not PacketState.FINISHED:
+                run.end_by(robot)
+        last = ids.index(kept.packets[-1].id)
+        if last == len(ids) - 1:
+            self._index = last
+            self._end(ScriptState.FINISHED, percepts, now_s)
+        else:
+            self._index = last + 1
+
+    def take_back(self, reason: str, percepts: Percepts | None, now_s: float) -> None:
+        """No other robot does the leg: the packet and the script have failed."""
+        kept = self._delegated
+        run = self.current
+        self._delegated = None
+        if kept is None or run is None:
+            return
+        detail = f"{kept.detail}; {reason}"
+        script = self._active_script
+        self._reports.extend(packet_report(script, run, PacketState.FAILED, percepts, now_s, detail))
+        self._tell(run, Change(state=PacketState.FAILED))
+        self._end(ScriptState.FAILED, percepts, now_s, kept.category, detail)
+
+    def moves_jaws(self, packet: BehaviourPacket) -> bool:
+        """True if a packet takes something or puts it down; also if it is not in the repertoire."""
+        try:
+            content = self._repertoire.bind(packet, self._profile)
+        except RepertoireError:
+            return True
+        return PacketRun(packet, content, self._profile).moves_jaws
+
+    def packets_ended(self, script_id: str) -> int | None:
+        """How many packets of the current script, or the last one, have finished; None if that is not known."""
+        if self.script_id != script_id or not self._runs:
+            return None
+        return sum(run.state is PacketState.FINISHED for run in self._runs)
+
     def _prepare(self, script: BehaviourScript) -> tuple[list[PacketRun], StateMachine]:
         """The runs of a script's packets, and its state machine.
 
@@ -316,6 +403,7 @@ class Executive:
             index=self._index,
             packets=tuple(run.memory() for run in self._runs),
             order=self._newest_order,
+            delegated=self._delegated,
         )
         return ExecutiveMemory(script=script, states=self._states.memory())
 
@@ -328,6 +416,7 @@ class Executive:
         self._state = self._states.of(self._script.id)
         self._index = memory.script.index
         self._newest_order = memory.script.order
+        self._delegated = memory.script.delegated
         if not self.active:
             return
         try:
@@ -453,13 +542,15 @@ class Executive:
         self.own_reason = detail
         if run is not None:
             run.resume_after_own()
+        if run is not None and self._delegated is None:
             words = f": {detail}" if detail else ""
             self._remark(run, f"goes on, {own.current.packet.tag} has {state.value}{words}", percepts, now_s)
 
     def _remark(self, run: PacketRun, words: str, percepts: Percepts | None, now_s: float) -> None:
         """Report something about a packet that does not change its state."""
         detail = f"{run.packet.tag} {words}"
-        self._reports.extend(packet_report(self._active_script, run, run.state, percepts, now_s, detail))
+        state = run.state if self._delegated is None else PacketState.RETRIABLE
+        self._reports.extend(packet_report(self._active_script, run, state, percepts, now_s, detail))
 
     def _tell(self, run: PacketRun, change: Change) -> None:
         if change.state is PacketState.FINISHED:
@@ -470,9 +561,10 @@ class Executive:
     def _stop_on_low_battery(self, percepts: Percepts) -> None:
         """Fail the script at a critical battery level, but not while the jaws move or hold a long object."""
         run = self.current
-        if run is None or run.grips or percepts.battery >= self._critical:
+        if run is None or self._delegated is not None or run.grips or percepts.battery >= self._critical:
             return
-        if self._active_script.is_own and not self._active_script.is_for_person:
+        script = self._active_script
+        if script.is_own and not script.is_for_person and not is_awarded(script):
             return
         if percepts.data.holds(GRIP) and percepts.holding in self._profile.lengths_m:
             return
@@ -482,7 +574,7 @@ class Executive:
     def fault(self, reason: str, last: Percepts | None, now_s: float) -> None:
         """Fail the script because of a sensor fault. `last`: the percepts before the fault."""
         run = self.current
-        if run is not None:
+        if run is not None and self._delegated is None:
             self._apply(run, run.fault(reason, last), None, now_s)
 
     def status(self, script_id: str, percepts: Percepts | None, now_s: float) -> StatusReport:
@@ -503,6 +595,8 @@ class Executive:
     def packet_state(self) -> PacketState | None:
         if (run := self.current) is None:
             return None
+        if self._delegated is not None and self.state is not ScriptState.PAUSED:
+            return PacketState.RETRIABLE
         return PacketState.PAUSED if self.state is ScriptState.PAUSED else run.state
 
     def take_reports(self) -> Sequence[Report]:
@@ -522,6 +616,8 @@ class Executive:
             return
         at_s = percepts.time_s if percepts else now_s
         script = self._active_script
+        if change.state is PacketState.FAILED and self._delegate(run, change, percepts, at_s):
+            return
         self._tell(run, change)
         self._reports.extend(
             packet_report(
@@ -534,6 +630,16 @@ class Executive:
             self._end(ScriptState.FINISHED, percepts, at_s)
         elif change.state is PacketState.FINISHED:
             self._index += 1
+
+    def _delegate(self, run: PacketRun, change: Change, percepts: Percepts | None, at_s: float) -> bool:
+        """Put the leg of a packet that has failed to others; False if none may do it."""
+        script = self._active_script
+        leg = to_delegate(script, self._runs, run, percepts) if self.delegates else None
+        if leg is None:
+            return False
+        self._delegated = DelegatedMemory(leg=leg.id, category=change.category, detail=change.detail)
+        self._remark(run, f"is put to other robots: {change.detail}", percepts, at_s)
+        return True
 
     def _note(self, state: ScriptState) -> None:
         """The current script's new state."""
@@ -561,8 +667,11 @@ class Executive:
             self._states.note(self._own.script.id, ScriptState.CANCELLED)
             self._own = None
         self._suspended_s = None
+        self._delegated = None
         self._note(state)
         self.news.append(News("", state, ()))
         self._reports.extend(
-            script_report(self._active_script, self._index, state, percepts, at_s, category, detail)
+            script_report(
+                self._active_script, self._runs, self._index, state, percepts, at_s, category, detail
+            )
         )

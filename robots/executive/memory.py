@@ -18,14 +18,15 @@ from robots.executive.mind_memory import MindMemory
 from robots.perception.localisation import EstimateMemory
 from robots.perception.progress import WayMemory
 from robots.reactive.stall import StallMemory
-from robots.wire import BehaviourScript, Factsheet, PacketState, ScriptState
+from robots.wire import BehaviourScript, Factsheet, FailureCategory, PacketState, ScriptState
 from robots.wire.operator import PacketTunings
 
 
 class PacketMemory(Memory):
     """The progress of one packet. `told`: the sensors whose defects were reported; `held_s`: when each event's
     conditions last held, in the packet's time; `captures`: it has only its images left to take; `said_by`: by action
-    that it waits for, the robots that have said to have ended it.
+    that it waits for, the robots that have said to have ended it; `done_by`: the robot that has done it in this one's
+    stead, empty if none has; `has_begun`: its patterns have acted.
     """
 
     state: PacketState
@@ -40,10 +41,21 @@ class PacketMemory(Memory):
     held_s: dict[str, float] = Field(default_factory=dict)
     captures: bool = False
     said_by: dict[str, frozenset[str]] = Field(default_factory=dict)
+    done_by: str = ""
+    has_begun: bool = False
+
+
+class DelegatedMemory(Checked):
+    """The leg that is put to other robots, and how its packet has failed."""
+
+    leg: str
+    category: FailureCategory | None = None
+    detail: str = ""
 
 
 class ScriptMemory(Checked):
-    """A script, the index of its current packet, the state of each packet, the newest order's number (0: none).
+    """A script, the index of its current packet, the state of each packet, the newest order's number (0: none), and the
+    leg that is put to other robots now.
 
     Fields of earlier versions are ignored.
     """
@@ -53,6 +65,7 @@ class ScriptMemory(Checked):
     index: int = Field(ge=0)
     packets: tuple[PacketMemory, ...]
     order: int = Field(default=0, ge=0)
+    delegated: DelegatedMemory | None = None
 
 
 class ExecutiveMemory(Checked):

@@ -89,6 +89,26 @@ class PacketRun:
         return self._grips and self.state is PacketState.RUNNING and not self._yields
 
     @property
+    def moves_jaws(self) -> bool:
+        """True if it takes something or puts it down."""
+        return self._grips
+
+    @property
+    def has_begun(self) -> bool:
+        """True once its patterns have acted."""
+        return self._memory.has_begun
+
+    @property
+    def done_by(self) -> str:
+        """The robot that has done it in this one's stead; empty if none has."""
+        return self._memory.done_by
+
+    def end_by(self, robot: str) -> None:
+        """Note that another robot has done it."""
+        self._memory.state = PacketState.FINISHED
+        self._memory.done_by = robot
+
+    @property
     def is_missing_something(self) -> bool:
         """True while it waits, and what it expects is not where it is to start."""
         return self._astray_s > 0
@@ -205,6 +225,7 @@ class PacketRun:
         self._missing = list(dict.fromkeys(words))
         if not self._missing:
             self._memory.state = PacketState.RUNNING
+            self._memory.has_begun = True
             return Outcome(change=Change(state=self.state))
         self._memory.waited_s += step_s
         if self._memory.waited_s > self.packet.wait_timeout_s:

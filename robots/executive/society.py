@@ -5,11 +5,13 @@ from typing import Protocol
 
 from robots.contract.memory import SocialMemory
 from robots.data import StrEnum
+from robots.executive.delegation import DelegatedLeg
 from robots.executive.offer import Declined, Offer
 from robots.perception.percepts import Needs, Percepts
 from robots.wire import (
     BehaviourPacket,
     BehaviourScript,
+    DelegationReport,
     Message,
     ScriptState,
     SpeechReport,
@@ -49,7 +51,7 @@ class Situated(Protocol):
         ...
 
     def perform(self, script: BehaviourScript) -> str | None:
-        """Begin a script of the robot's own at a person's word, or return the reason against it."""
+        """Begin a script of the robot's own at another's word, or return the reason against it."""
         ...
 
     def halt(self, prefix: str) -> str | None:
@@ -62,6 +64,41 @@ class Situated(Protocol):
 
     def why_ended(self, script_id: str) -> str:
         """Why one of the robot's last scripts has ended, in words; empty if it has finished or that is not known."""
+        ...
+
+    @property
+    def delegated(self) -> DelegatedLeg | None:
+        """The leg of its script that is put to other robots now; None if there is none."""
+        ...
+
+    def make_way(self, own: BehaviourScript) -> str | None:
+        """Run own packets while a leg is put to others, or return the reason against it."""
+        ...
+
+    def end_delegated(self, robot: str) -> None:
+        """Another robot has done the leg: the script goes on after it."""
+        ...
+
+    def take_back(self, reason: str) -> None:
+        """No other robot does the leg: the script has failed."""
+        ...
+
+    def packets_ended(self, script_id: str) -> int | None:
+        """How many packets of the present script, or the last one, have finished; None if that is not known."""
+        ...
+
+    def moves_jaws(self, packet: BehaviourPacket) -> bool:
+        """True if a packet takes something or puts it down; also if this robot does not know it."""
+        ...
+
+    @property
+    def service_heard_s(self) -> float:
+        """When the service was last heard (world's clock)."""
+        ...
+
+    @property
+    def service_answers_s(self) -> float:
+        """In what time the service answers a report, if the link is up."""
         ...
 
     @property
@@ -83,7 +120,7 @@ class Situated(Protocol):
         """Send without guarantee that it arrives."""
         ...
 
-    def tell_service(self, report: SpeechReport) -> None:
+    def tell_service(self, report: SpeechReport | DelegationReport) -> None:
         """Report to the service; kept until its receipt."""
         ...
 

@@ -47,18 +47,22 @@ class Upkeep:
         return f"{self._profile.name} {activity}, battery at {percepts.battery:.0%}: {needed:.0%} needed"
 
 
+def drive_home(home: str, packet_id: str) -> BehaviourPacket:
+    return BehaviourPacket(
+        id=packet_id,
+        tag="SEEK_CHARGER",
+        arguments={"ref2": home},
+        expected_start_s=0.0,
+        expected_duration_s=30.0,
+        timeout_s=DRIVE_S,
+        wait_timeout_s=DRIVE_S,
+    )
+
+
 def recharge(robot: str, home: str, count: int) -> BehaviourScript:
     """The robot's own script to drive home and charge there."""
     packets = (
-        BehaviourPacket(
-            id=f"seek_charger_{count}",
-            tag="SEEK_CHARGER",
-            arguments={"ref2": home},
-            expected_start_s=0.0,
-            expected_duration_s=30.0,
-            timeout_s=DRIVE_S,
-            wait_timeout_s=DRIVE_S,
-        ),
+        drive_home(home, f"seek_charger_{count}"),
         BehaviourPacket(
             id=f"charge_{count}",
             tag="CHARGE",

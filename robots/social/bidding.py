@@ -1,38 +1,54 @@
 """A robot's part in a contract net (FIPA SC00029): it bids for legs, and says how those end that it was awarded.
 
-It does a leg by the script that the award names, which the service sends as any other. Bids and awards do not survive a
-power failure: whoever has made the award hears nothing more, and its conversation times out.
+It does a leg by the script that the award names: the service sends it as any other; a robot, whose leg it is, sends
+it with the award, and it becomes one of the robot's own, which no other own script ends and a mission's waits for.
+Bids, and awards by the service, do not survive a power failure: whoever has made the award hears nothing more, and its
+conversation times out. Awards by robots do, until their time is over: then the robot stops, for the other no longer
+waits for it.
 """
 
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from robots.contract.known_scripts import ENDED, remember
+from robots.contract.memory import AwardMemory
+from robots.executive.delegation import AWARDED
 from robots.executive.offer import Offer
 from robots.executive.society import Situated
+from robots.executive.upkeep import drive_home
 from robots.social.conversation import Conversation, Conversations
-from robots.social.legs import AWARD, LEG, REJECT, bid_of, leg_of
+from robots.social.legs import AWARD, LEG, REJECT, Failed, bid_of, failed_of, leg_of
+from robots.social.protocols import CONTRACT_NET, ContractNetState
 from robots.social.speech import Heard, Reply
 from robots.social.terms import ContentError, Term
-from robots.wire import Performative, ScriptState, SpeechAct
+from robots.wire import OWN, BehaviourScript, Performative, ScriptState, SpeechAct
 
 SCRIPT_WITHIN_S = 300.0
 """How long after an award its script may come, if the award does not say it (`reply_by_s`; our choice)."""
 MAX_BIDS = 256
+WITHDRAWN = "withdrawn"
+"""What a robot says to one that it has awarded a leg and that is to stop."""
+HOME = "home"
+"""The packet at the end of an awarded leg, by which the robot leaves the places of the plan."""
 
 Handler = Callable[[Heard, Situated], Reply | None]
 
 
 @dataclass(slots=True)
 class _Bid:
-    """A bid, and its award once `award` is set. `until_s`: when the award's script must have come."""
+    """A bid, and its award once `award` is set. `until_s`: when the award's script must have come.
+
+    `is_own`: the award has brought the script; `until_s`: when it must have ended.
+    """
 
     leg: str
     busy_s: float
     award: Heard | None = None
     script_id: str = ""
     until_s: float = 0.0
+    is_own: bool = False
+    is_told: bool = False
 
 
 class Bidding:
@@ -52,6 +68,7 @@ class Bidding:
         on(Performative.CFP, LEG, self.called)
         on(Performative.ACCEPT_PROPOSAL, AWARD, self.awarded)
         on(Performative.REJECT_PROPOSAL, REJECT, self.rejected)
+        on(Performative.INFORM, WITHDRAWN, self.withdrawn)
 
     def called(self, heard: Heard, robot: Situated) -> Reply:
         """Bid for a leg, or decline."""
@@ -80,11 +97,65 @@ class Bidding:
             why = f"{heard.content} is no award(LEG, SCRIPT) of this bid"
             return Reply(performative=Performative.NOT_UNDERSTOOD, content=Term("reason", (why,)))
         body = heard.message.body
-        reply_by_s = body.reply_by_s if isinstance(body, SpeechAct) else None
+        assert isinstance(body, SpeechAct)
         bid.award = heard
         bid.script_id = words[1]
-        bid.until_s = heard.at_s + SCRIPT_WITHIN_S if reply_by_s is None else reply_by_s
+        bid.until_s = heard.at_s + SCRIPT_WITHIN_S if body.reply_by_s is None else body.reply_by_s
+        if body.script is None:
+            return None
+        if (reason := self._take_up(body.script, heard, robot)) is not None:
+            del self._bids[_key(heard)]
+            return _failed(bid.leg, Failed(reason=reason, ended=0))
+        bid.is_own = True
         return None
+
+    def withdrawn(self, heard: Heard, robot: Situated) -> Reply:
+        """Stop at a leg that was awarded: `withdrawn(SCRIPT)`."""
+        script_id = next(iter(heard.content.words), "")
+        if script_id.startswith(f"{AWARDED}{heard.sender}:"):
+            robot.withdraw(script_id)
+        return Reply(performative=Performative.CONFIRM, content=heard.content)
+
+    def memory(self) -> tuple[AwardMemory, ...]:
+        return tuple(
+            AwardMemory(message=bid.award.message, leg=bid.leg, script_id=bid.script_id, until_s=bid.until_s)
+            for bid in self._bids.values()
+            if bid.is_own and bid.award is not None
+        )
+
+    def recall(self, awards: Iterable[tuple[AwardMemory, Heard]]) -> None:
+        """Go on with legs of other robots after a power failure; those that have ended are told of again."""
+        for award, heard in awards:
+            body = heard.message.body
+            assert isinstance(body, SpeechAct)
+            conversation = Conversation(
+                CONTRACT_NET,
+                body.conversation_id,
+                heard.sender,
+                heard.message,
+                mine=False,
+                state=ContractNetState.AWARDED,
+            )
+            self._conversations.add(conversation)
+            bid = _Bid(leg=award.leg, busy_s=0.0, award=heard, script_id=award.script_id)
+            bid.until_s = award.until_s
+            bid.is_own = True
+            self._bids[_key(heard)] = bid
+
+    def _take_up(self, script: BehaviourScript, heard: Heard, robot: Situated) -> str | None:
+        """Begin another robot's leg, or return the reason against it."""
+        percepts = robot.percepts
+        if not script.id.startswith(f"{AWARDED}{heard.sender}:") or script.robot != self._name:
+            return f"{script.id} is no script of {heard.sender} for {self._name}"
+        if percepts is None:
+            return f"{self._name} has sensed nothing yet"
+        if percepts.last_held is not None:
+            return f"{self._name} holds {percepts.last_held}"
+        if percepts.profile.home is None:
+            return f"{self._name} has no home to drive to afterwards"
+        packets = (*script.packets, drive_home(percepts.profile.home, HOME))
+        own = {"mission_id": OWN, "revision": 0, "delegable": (), "packets": packets}
+        return robot.perform(script.model_copy(update=own))
 
     def rejected(self, heard: Heard, robot: Situated) -> None:
         """Forget a bid that was not taken."""
@@ -95,6 +166,9 @@ class Bidding:
         for key, bid in list(self._bids.items()):
             if bid.award is None:
                 continue
+            if bid.is_own:
+                self._step_own(key, bid, bid.award, robot, now_s)
+                continue
             conversation = self._conversation(bid.award)
             if conversation is None or conversation.has_ended:  # cancelled, or forgotten
                 del self._bids[key]
@@ -103,6 +177,17 @@ class Bidding:
             if state in ENDED or (state is None and now_s >= bid.until_s):
                 del self._bids[key]
                 self._answer(bid.award, _ending(bid.leg, state))
+
+    def _step_own(self, key: str, bid: _Bid, award: Heard, robot: Situated, now_s: float) -> None:
+        """Tell the robot whose leg it is how it has ended. It is kept until its time is over, to be told again."""
+        if now_s >= bid.until_s:
+            del self._bids[key]
+            robot.withdraw(bid.script_id)
+        elif not bid.is_told and (state := robot.state_of(bid.script_id)) in ENDED:
+            bid.is_told = True
+            conversation = self._conversation(award)
+            if conversation is not None and not conversation.has_ended:
+                self._answer(award, _ending_of_own(bid, state, robot))
 
     def _conversation(self, heard: Heard) -> Conversation | None:
         body = heard.message.body
@@ -115,6 +200,22 @@ def _ending(leg: str, state: ScriptState | None) -> Reply:
         return Reply(performative=Performative.INFORM, content=Term("done", (leg,)))
     reason = "its script has not come" if state is None else f"its script has {state.value}"
     return Reply(performative=Performative.FAILURE, content=Term("failed", (leg, reason)))
+
+
+def _ending_of_own(bid: _Bid, state: ScriptState | None, robot: Situated) -> Reply:
+    percepts = robot.percepts
+    if state is ScriptState.FINISHED:
+        home = None if percepts is None else percepts.profile.home
+        stands = () if home is None else (Term("near", (home,)),)
+        return Reply(performative=Performative.INFORM, content=Term("done", (bid.leg, *stands)))
+    reason = robot.why_ended(bid.script_id) or f"its script has {state}"
+    held = None if percepts is None else percepts.last_held
+    ended = robot.packets_ended(bid.script_id)
+    return _failed(bid.leg, Failed(reason=reason[:300], ended=ended, held=held))
+
+
+def _failed(leg: str, failed: Failed) -> Reply:
+    return Reply(performative=Performative.FAILURE, content=failed_of(leg, failed))
 
 
 def _key(heard: Heard) -> str:

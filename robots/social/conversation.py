@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 from robots.errors import RobotError
 from robots.social.protocols import CANCELLED, TIMED_OUT, InteractionProtocol, Side
+from robots.social.speech import Heard
 from robots.wire import Message, Performative, SpeechAct
 
 RESEND_S = 2.0
@@ -27,12 +28,21 @@ class Conversation:
     """A conversation by one protocol. `state` is one of the protocol's, or one of its common ends."""
 
     def __init__(
-        self, protocol: InteractionProtocol, conversation_id: str, partner: str, first: Message, *, mine: bool
+        self,
+        protocol: InteractionProtocol,
+        conversation_id: str,
+        partner: str,
+        first: Message,
+        *,
+        mine: bool,
+        state: str | None = None,
     ) -> None:
-        """:param mine: this side has opened it by the first message.
+        """
+        :param mine: this side has opened it by the first message.
+        :param state: of one that goes on after a power failure; `first` is then the initiator's last message.
         :raises OutOfProtocol: if the message does not open a conversation of the protocol.
         """
-        if first.performative not in protocol.opens:
+        if state is None and first.performative not in protocol.opens:
             raise OutOfProtocol(
                 f"{protocol.name} is opened by {' or '.join(protocol.opens)}, not by {first.performative}"
             )
@@ -40,16 +50,18 @@ class Conversation:
         self.id = conversation_id
         self.partner = partner
         self.side = Side.INITIATOR if mine else Side.PARTICIPANT
-        self.state = protocol.opens[first.performative]
+        self.state = protocol.opens[first.performative] if state is None else state
         self.last_said: Message | None = None
         """By this side."""
         self.is_of_rules = False
         """The robot's rules hear it and speak in it."""
         self.speaker = ""
         """The person for whom the partner speaks; empty if it speaks for itself."""
+        self.answer: Heard | None = None
+        """What the partner has said last, if this side has opened it."""
         self.last_heard: str | None = None
         """The id of the partner's last message."""
-        self._heard: set[str] = set()
+        self._heard: set[str] = {first.in_reply_to} if mine and first.in_reply_to else set()
         self._said_s = first.sent_at_s
         self._pause_s = 0.0
         self.reply_by_s: float | None = None

@@ -6,9 +6,12 @@ declined(LEG, battery, "battery at 9% after it")    refuse
 award(LEG, SCRIPT)    accept-proposal, with the script by which the robot is to do it
 reject(LEG)    reject-proposal
 done(LEG), failed(LEG, "reason")    inform, failure
+done(LEG, near(PLACE)), failed(LEG, "reason", ended(2), held(sample_1))    likewise, to a robot whose leg it is: where
+    the other stands now; how many packets have ended, left out if that is not known, and what it holds
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from robots.executive.offer import Declined, Offer
 from robots.social.terms import Argument, ContentError, Term
@@ -83,6 +86,38 @@ def offer_of(bid: Term) -> Offer:
         work_s=figure("work"),
         battery=figure("battery"),
         degraded=tuple(one.words[0] for one in parts if one.name == "degraded" and len(one.args) == 1),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Failed:
+    """How a leg has failed.
+
+    :param ended: how many of its packets had ended; None if that is not known.
+    :param held: what the robot holds.
+    """
+
+    reason: str
+    ended: int | None = None
+    held: str | None = None
+
+
+def failed_of(leg: str, failed: Failed) -> Term:
+    """The content of the failure of a leg that a robot has awarded."""
+    ended = () if failed.ended is None else (Term("ended", (float(failed.ended),)),)
+    held = () if failed.held is None else (Term("held", (failed.held,)),)
+    return Term("failed", (leg, failed.reason, *ended, *held))
+
+
+def failure_of(content: Term) -> Failed:
+    """What the content of a failure states; what it leaves out is not known."""
+    parts = {one.name: one.args for one in content.args if isinstance(one, Term) and len(one.args) == 1}
+    (ended,) = parts.get("ended", (None,))
+    (held,) = parts.get("held", (None,))
+    return Failed(
+        reason=content.words[1] if len(content.args) > 1 else "",
+        ended=int(ended) if isinstance(ended, float) else None,
+        held=None if held is None else word(held),
     )
 
 

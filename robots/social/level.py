@@ -6,25 +6,35 @@ said by `say`. Messages are sent again until they are answered (`conversation.py
 
 import uuid
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 
 from robots.clock import Clock
 from robots.contract.mailbox import SERVICE
-from robots.contract.memory import SocialMemory
+from robots.contract.memory import AwardMemory, SocialMemory
 from robots.executive.society import Situated
 from robots.perception.percepts import Needs
 from robots.social.acquaintances import Acquaintances
 from robots.social.bidding import Bidding, Handler
 from robots.social.conversation import Conversation, Conversations, OutOfProtocol
+from robots.social.delegating import Delegating
 from robots.social.peer_clearance import PeerClearance
 from robots.social.persons import PersonsRequests, of_person
-from robots.social.protocols import ANY, INFORM, PROTOCOLS, QUERY, InteractionProtocol, Side
+from robots.social.protocols import (
+    ANY,
+    CONTRACT_NET,
+    INFORM,
+    PROTOCOLS,
+    QUERY,
+    ContractNetState,
+    InteractionProtocol,
+    Side,
+)
 from robots.social.speech import Ending, Heard, Reply, content_of
 from robots.social.terms import ContentError, Term
 from robots.wire import (
     MAX_CONTENT,
     MAX_TOLD_CONVERSATIONS,
     BehaviourPacket,
+    BehaviourScript,
     Message,
     Performative,
     SpeechAct,
@@ -41,14 +51,6 @@ Listener = Callable[[Heard], bool]
 """Hears what no handler takes; False if it does not take it either."""
 
 
-@dataclass(slots=True)
-class _Opened:
-    """What is kept of a conversation that this side has opened, beside its state."""
-
-    ended: Ended
-    answer: Heard | None = None
-
-
 class SocialLevel:
     """Speaks for one robot. Implements `robots.executive.society.Society`."""
 
@@ -63,15 +65,16 @@ class SocialLevel:
         self.acquaintances = Acquaintances()
         self.conversations = Conversations()
         self._clock = clock
-        self._round_trip_s = round_trip_s
+        self.round_trip_s = round_trip_s
         self._handlers: dict[tuple[Performative, str], Handler] = {}
         self._abilities = Term(ABILITIES, tuple(sorted(abilities)))
-        self._opened: dict[tuple[str, str], _Opened] = {}
+        self._opened: dict[tuple[str, str], Ended] = {}
         self._outbox: list[Message] = []
         self._listener: Listener = lambda heard: False
         self._clearance = PeerClearance(self.say)
         self._bidding = Bidding(name, self.conversations, self._answer_later)
         self._bidding.register(self.on)
+        self._delegating = Delegating(name, clock, self)
         self._persons = PersonsRequests(name, self._answer_later, self._is_open)
         self.on(Performative.INFORM, "ended", self._clearance.heard)
         self.on(Performative.QUERY_REF, ABILITIES, self._say_abilities)
@@ -96,6 +99,7 @@ class SocialLevel:
         within_s: float,
         ended: Ended = lambda ending: None,
         is_of_rules: bool = False,
+        conversation_id: str | None = None,
     ) -> Conversation:
         """Open a conversation.
 
@@ -104,7 +108,7 @@ class SocialLevel:
         :param is_of_rules: the listener hears the answers.
         """
         now_s = self._clock.now_s()
-        conversation_id = uuid.uuid4().hex
+        conversation_id = conversation_id or uuid.uuid4().hex
         act = SpeechAct(
             content=str(content),
             ontology=ONTOLOGY,
@@ -116,7 +120,7 @@ class SocialLevel:
         conversation = Conversation(protocol, conversation_id, receiver, message, mine=True)
         conversation.is_of_rules = is_of_rules
         self.conversations.add(conversation)
-        self._opened[receiver, conversation_id] = _Opened(ended)
+        self._opened[receiver, conversation_id] = ended
         self._outbox.append(message)
         return conversation
 
@@ -129,19 +133,53 @@ class SocialLevel:
                 continue
             if one.protocol.after(one.state, one.side, performative) is None:
                 continue
-            now_s = self._clock.now_s()
-            body = SpeechAct(
-                content=str(content),
-                ontology=ONTOLOGY,
-                protocol=one.protocol.name,
-                conversation_id=one.id,
-                reply_by_s=now_s + within_s if one.side is Side.INITIATOR else None,
-            )
-            message = self._message(performative, one.partner, body, now_s, one.last_heard)
-            one.say(message)
-            self._outbox.append(message)
+            self.say_in(one, performative, content, within_s=within_s if one.side is Side.INITIATOR else None)
             return True
         return False
+
+    def say_in(
+        self,
+        conversation: Conversation,
+        performative: Performative,
+        content: Term,
+        *,
+        within_s: float | None = None,
+        script: BehaviourScript | None = None,
+    ) -> Message:
+        """Say this in an open conversation.
+
+        :param script: by which the other does what it is awarded.
+        :raises OutOfProtocol: if it may not be said now.
+        """
+        now_s = self._clock.now_s()
+        body = SpeechAct(
+            content=str(content),
+            ontology=ONTOLOGY,
+            protocol=conversation.protocol.name,
+            conversation_id=conversation.id,
+            reply_by_s=None if within_s is None else now_s + within_s,
+            script=script,
+        )
+        message = self._message(performative, conversation.partner, body, now_s, conversation.last_heard)
+        conversation.say(message)
+        self._outbox.append(message)
+        return message
+
+    def go_on_with(self, award: Message) -> Conversation:
+        """A conversation that goes on after a power failure, in which this side has awarded a leg."""
+        act = award.body
+        assert isinstance(act, SpeechAct)
+        conversation = Conversation(
+            CONTRACT_NET,
+            act.conversation_id,
+            award.receiver,
+            award,
+            mine=True,
+            state=ContractNetState.AWARDED,
+        )
+        self.conversations.add(conversation)
+        self._opened[award.receiver, act.conversation_id] = lambda ending: None
+        return conversation
 
     def ask_abilities(self, receiver: str, *, within_s: float) -> Conversation:
         """Ask another robot what it can do; the answer is kept in `acquaintances`."""
@@ -154,15 +192,16 @@ class SocialLevel:
                 self._hear(message, message.body, robot, now_s)
         self._clearance.step(now_s)
         self._bidding.step(robot, now_s)
+        self._delegating.step(robot, now_s)
         self._persons.step(robot, now_s)
         for one in self.conversations.awaited():
             again = one.step(
-                now_s, round_trip_s=self._round_trip_s, heard_s=self.acquaintances.heard_s(one.partner)
+                now_s, round_trip_s=self.round_trip_s, heard_s=self.acquaintances.heard_s(one.partner)
             )
             if again is not None:
                 self._outbox.append(again)
-            if one.has_ended and (opened := self._opened.pop((one.partner, one.id), None)) is not None:
-                opened.ended(Ending(state=one.state, answer=opened.answer, at_s=now_s))
+            if one.has_ended and (ended := self._opened.pop((one.partner, one.id), None)) is not None:
+                ended(Ending(state=one.state, answer=one.answer, at_s=now_s))
         outbox = self._outbox
         self._outbox = []
         for message in outbox:
@@ -170,7 +209,7 @@ class SocialLevel:
 
     @property
     def needs(self) -> Needs:
-        return self._persons.needs
+        return self._persons.needs | self._delegating.needs
 
     def packet_ended(self, packet: BehaviourPacket) -> None:
         self._clearance.packet_ended(packet, self._clock.now_s())
@@ -191,10 +230,21 @@ class SocialLevel:
         )
 
     def memory(self) -> SocialMemory:
-        return SocialMemory(owed=self._clearance.memory())
+        return SocialMemory(
+            owed=self._clearance.memory(),
+            awards=self._bidding.memory(),
+            delegation=self._delegating.memory(),
+        )
 
     def recall(self, memory: SocialMemory) -> None:
         self._clearance.recall(memory.owed)
+        self._bidding.recall((award, self._heard_before(award)) for award in memory.awards)
+        self._delegating.recall(memory.delegation)
+
+    def _heard_before(self, award: AwardMemory) -> Heard:
+        act = award.message.body
+        assert isinstance(act, SpeechAct)
+        return self._understood(award.message, act, self._clock.now_s())
 
     def _hear(self, message: Message, act: SpeechAct, robot: Situated, now_s: float) -> None:
         self.acquaintances.hear(message.sender, now_s)
@@ -218,8 +268,8 @@ class SocialLevel:
                 known.hear(message)
                 if known.is_of_rules:
                     self._listener(heard)
-                if (opened := self._opened.get((known.partner, known.id))) is not None:
-                    self._note_answer(opened, heard)
+                if (known.partner, known.id) in self._opened:
+                    self._note_answer(known, heard)
                     return
                 answering = None if known.is_of_rules else self._handler(heard)
                 reply = answering(heard, robot) if answering is not None else None
@@ -240,8 +290,8 @@ class SocialLevel:
             at_s=now_s,
         )
 
-    def _note_answer(self, opened: _Opened, heard: Heard) -> None:
-        opened.answer = heard
+    def _note_answer(self, conversation: Conversation, heard: Heard) -> None:
+        conversation.answer = heard
         if heard.key == (Performative.INFORM, ABILITIES):
             self.acquaintances.hear(heard.sender, heard.at_s, frozenset(heard.content.words))
 

@@ -1,5 +1,6 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
+from robots.wire.delegation import DelegationBid, DelegationReport, DelegationState
 from robots.wire.embodiment import MindOrder, MindOrderReport, MindVerb
 from robots.wire.messages import (
     CONTRACT,
@@ -74,6 +75,7 @@ from robots.wire.script import (
     SAID,
     BehaviourPacket,
     BehaviourScript,
+    DelegableLeg,
     FailureCategory,
     PacketState,
     Recipient,
@@ -108,6 +110,10 @@ __all__ = [
     "Clearance",
     "Control",
     "ControlVerb",
+    "DelegableLeg",
+    "DelegationBid",
+    "DelegationReport",
+    "DelegationState",
     "Factsheet",
     "FactsheetAnswer",
     "FactsheetState",

@@ -13,6 +13,7 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import Self
 
 from robots.data import StrEnum
+from robots.wire.delegation import DelegationReport
 from robots.wire.embodiment import MindOrder, MindOrderReport
 from robots.wire.operator import (
     MindQuery,
@@ -117,7 +118,10 @@ class PacketReport(Wire):
 
 
 class ScriptReport(Wire):
-    """Robot to service: the script ended (inform on success, failure otherwise)."""
+    """Robot to service: the script ended (inform on success, failure otherwise).
+
+    `done_by`: the packets that other robots have done in this one's stead, and which.
+    """
 
     kind: Literal["script_report"] = "script_report"
     script_id: str
@@ -127,6 +131,7 @@ class ScriptReport(Wire):
     category: FailureCategory | None = None
     perceived: tuple[SymbolicFact, ...] = ()
     detail: str = ""
+    done_by: dict[str, str] = Field(default_factory=dict, max_length=256)
 
 
 class UpkeepReport(Wire):
@@ -393,6 +398,7 @@ KnownBody = Annotated[
     | NotUnderstood
     | SpeechAct
     | SpeechReport
+    | DelegationReport
     | Telemetry,
     Field(discriminator="kind"),
 ]

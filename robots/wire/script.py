@@ -118,6 +118,17 @@ class BehaviourPacket(Wire):
     )
 
 
+class DelegableLeg(Wire):
+    """Packets of a script, in a row, that another robot may do in this one's stead once one of them has failed.
+
+    Whoever does them holds nothing at their beginning and end, and begins where it stands. `robots`: who may.
+    """
+
+    id: str
+    packets: tuple[str, ...] = Field(min_length=1)
+    robots: tuple[str, ...] = Field(min_length=1)
+
+
 OWN = "own"
 """The mission of a script that a robot made itself."""
 SAID = f"{OWN}:said:"
@@ -125,13 +136,17 @@ SAID = f"{OWN}:said:"
 
 
 class BehaviourScript(Wire):
-    """What one robot is to do for one mission, in order; a script of a later revision of the mission supersedes it."""
+    """What one robot is to do for one mission, in order; a script of a later revision of the mission supersedes it.
+
+    `delegable`: the legs that its robot may put to other robots while the service is out of reach; left out: none.
+    """
 
     id: str
     mission_id: str
     robot: str
     revision: int = Field(default=0, ge=0)
     packets: tuple[BehaviourPacket, ...] = Field(min_length=1)
+    delegable: tuple[DelegableLeg, ...] = ()
 
     @property
     def is_own(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from robots.data import StrEnum
-from robots.wire.script import Wire
+from robots.wire.script import BehaviourScript, Wire
 
 TERMS = "macta-terms"
 """The language of contents: ground terms such as `ended(script_1, a5)`."""
@@ -49,7 +49,8 @@ class SpeechAct(Wire):
     `content`: a term of `language`, whose words mean what `ontology` says. `conversation_id`: what belongs together
     of one `protocol`. `reply_by_s`: the sender waits for an answer until then. `receivers`: all that it is said to, if
     there are several. `speaker`: the person on whose behalf it is said; empty if the sender speaks for itself.
-    `attempt`: counts how often the sender has said this message.
+    `attempt`: counts how often the sender has said this message. `script`: with an award by a robot, by which
+    the receiver does the leg.
     """
 
     kind: Literal["speech_act"] = "speech_act"
@@ -62,6 +63,7 @@ class SpeechAct(Wire):
     receivers: tuple[str, ...] = Field(default=(), max_length=256)
     speaker: str = Field(default="", max_length=64)
     attempt: int = Field(default=1, ge=1)
+    script: BehaviourScript | None = None
 
 
 class SpeechReport(Wire):

@@ -2,7 +2,7 @@
 
 from robots.world.digest import digest_of
 from robots.world.edition import Edition
-from robots.world.file import BIDS, CLEARANCE, PERSONS, WorldFile
+from robots.world.file import BIDS, CLEARANCE, DELEGATION, PERSONS, WorldFile
 from robots.world.generate import StoreShape, StoreShapeError, generate_world, store_shape, world_yaml
 from robots.world.load import WorldFileError, load_world, named_worlds, read_world, shipped_worlds
 from robots.world.parts import (
@@ -27,6 +27,7 @@ from robots.world.radio import Contact, LinkSpec, Outage
 __all__ = [
     "BIDS",
     "CLEARANCE",
+    "DELEGATION",
     "PERIPHERAL_TAGS",
     "PERSONS",
     "Compartment",

@@ -46,6 +46,8 @@ PERSONS = "persons"
 """What a robot speaks that does what persons ask of it through the service, and answers them."""
 BIDS = "bids"
 """What a robot speaks that answers calls for proposals."""
+DELEGATION = "delegation"
+"""What a robot speaks that puts legs of its script to other robots if it may, and does theirs."""
 
 
 class WorldFile(Checked):
@@ -198,8 +200,8 @@ class WorldFile(Checked):
         return self.link if robot.link is None else robot.link.over(self.link)
 
     def speaks(self, robot: RobotSpec, what: str) -> bool:
-        """True if the robot says this and takes it; clearance from other robots needs the radio between them."""
-        if what == CLEARANCE and self.peer_link is None and not robot.external:
+        """True if the robot says this and takes it; what robots say to each other needs the radio between them."""
+        if what in (CLEARANCE, DELEGATION) and self.peer_link is None and not robot.external:
             return False
         return not robot.external if robot.speaks is None else what in robot.speaks
 
@@ -211,6 +213,22 @@ class WorldFile(Checked):
     def clearing(self) -> frozenset[str]:
         """The robots that clear each other."""
         return frozenset(robot.name for robot in self.robots if self.speaks(robot, CLEARANCE))
+
+    @cached_property
+    def delegating(self) -> frozenset[str]:
+        """The robots that do each other's legs if they may: each can make way for the other.
+
+        It has a home, and that lies in no zone for one robot at a time.
+        """
+        places = {place.name: place.at for place in self.places}
+        alone = [zone for zone in self.zones if zone.rule is ZoneRule.ONE_ROBOT]
+        return frozenset(
+            robot.name
+            for robot in self.robots
+            if self.speaks(robot, DELEGATION)
+            and robot.home in places
+            and not any(zone.contains(places[robot.home]) for zone in alone)
+        )
 
     @property
     def answer_s(self) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from app.domain.mission_organiser.behaviours_library import Library
+from app.domain.mission_organiser.delegation import delegable_legs, delegation_s
 from app.domain.mission_organiser.synchronisation import clearances, message_count
 from app.domain.world_model.senses import awaited_facts, unsensed
 from app.domain.world_model.vocabulary import symbolic_all
@@ -64,6 +65,7 @@ def organise(
     answer_s: float = 0.0,
     senses: Senses | None = None,
     clearing: Collection[str] = (),
+    delegating: Collection[str] = (),
 ) -> Organised | OrganiserFailure:
     """Match each action's linking goals against the library's index and write the scripts.
 
@@ -73,6 +75,7 @@ def organise(
     :param answer_s: how long a message to a robot and its answer may take by radio; it extends the robots' waits for
         each other.
     :param clearing: robots that clear each other; the others wait for the service's word alone.
+    :param delegating: robots that may put legs to each other, if that is granted; waits are the longer for it.
     :param senses: what robots sense now, of those that do not sense all that is sensed; None: as when it was planned.
     """
     if senses and (lacking := next(unsensed(plan_net, senses, knowledge_base), None)) is not None:
@@ -93,14 +96,31 @@ def organise(
                 return packet
             found[action.id, agent] = packet
     name = script_ids or (lambda robot: f"{mission_id}-{robot}")
-    radio_s = message_count(plan_net) * answer_s
+    legs = {
+        robot: delegable_legs(
+            plan_net,
+            robot,
+            {action: choice.tag for (action, agent), choice in found.items() if agent == robot},
+            facts=facts,
+            repertoires=repertoires,
+            delegating=delegating,
+            senses=plan_net.senses if senses is None else senses,
+        )
+        for robot in plan_net.robots
+    }
+    later_s = message_count(plan_net) * answer_s
+    later_s += delegation_s(plan_net, [leg for of_robot in legs.values() for leg in of_robot])
     writer = _ScriptWriter(
-        plan_net, knowledge_base, found, radio_s=radio_s, clearing=frozenset(clearing), script_ids=name
+        plan_net, knowledge_base, found, later_s=later_s, clearing=frozenset(clearing), script_ids=name
     )
     return Organised(
         scripts=tuple(
             BehaviourScript(
-                id=name(robot), mission_id=mission_id, robot=robot, packets=tuple(writer.packets(robot))
+                id=name(robot),
+                mission_id=mission_id,
+                robot=robot,
+                packets=tuple(writer.packets(robot)),
+                delegable=legs[robot],
             )
             for robot in plan_net.robots
         ),
@@ -120,14 +140,17 @@ class _ScriptWriter:
         knowledge_base: KnowledgeBase,
         found: Mapping[tuple[str, str], PacketChoice],
         *,
-        radio_s: float,
+        later_s: float,
         clearing: frozenset[str],
         script_ids: Callable[[str], str],
     ) -> None:
-        """:param found: by action id and robot."""
+        """
+        :param found: by action id and robot.
+        :param later_s: how much later than planned what robots wait for may come.
+        """
         self._clearing = clearing
         self._script_ids = script_ids
-        self._wait_timeout_s = max(MIN_WAIT_S, WAIT_FACTOR * plan_net.makespan_s) + radio_s
+        self._wait_timeout_s = max(MIN_WAIT_S, WAIT_FACTOR * plan_net.makespan_s) + later_s
         self._plan_net = plan_net
         self._knowledge_base = knowledge_base
         self._found = found

@@ -8,6 +8,7 @@ from itertools import count
 
 from robots.clock import ManualClock
 from robots.contract.memory import SocialMemory
+from robots.executive.delegation import DelegatedLeg
 from robots.executive.executive import Executive
 from robots.executive.leg_cost import offer
 from robots.executive.memory import ExecutiveMemory
@@ -19,7 +20,7 @@ from robots.physical.body import Pose
 from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
 from robots.social import SocialLevel
-from robots.wire import BehaviourScript, Message, ScriptState, SpeechReport
+from robots.wire import BehaviourPacket, BehaviourScript, DelegationReport, Message, ScriptState, SpeechReport
 from tests.robots.stories import room
 
 STEP_S = 0.5
@@ -146,6 +147,33 @@ class Talker:
     def halt(self, prefix: str) -> str | None:
         return f"{self.name} stands"
 
+    @property
+    def delegated(self) -> DelegatedLeg | None:
+        return self.executive.delegated
+
+    def make_way(self, own: BehaviourScript) -> str | None:
+        return self.executive.make_way(own)
+
+    def end_delegated(self, robot: str) -> None:
+        self.executive.end_delegated(robot, None, self.air.clock.now_s())
+
+    def take_back(self, reason: str) -> None:
+        self.executive.take_back(reason, None, self.air.clock.now_s())
+
+    def packets_ended(self, script_id: str) -> int | None:
+        return self.executive.packets_ended(script_id)
+
+    def moves_jaws(self, packet: BehaviourPacket) -> bool:
+        return self.executive.moves_jaws(packet)
+
+    @property
+    def service_heard_s(self) -> float:
+        return float("-inf")
+
+    @property
+    def service_answers_s(self) -> float:
+        return 2.0
+
     def withdraw(self, script_id: str) -> None:
         self.executive.withdraw_own(script_id, None, self.air.clock.now_s())
 
@@ -167,5 +195,6 @@ class Talker:
     def send(self, message: Message) -> None:
         self.air.send(message)
 
-    def tell_service(self, report: SpeechReport) -> None:
-        self.reports.append(report)
+    def tell_service(self, report: SpeechReport | DelegationReport) -> None:
+        if isinstance(report, SpeechReport):
+            self.reports.append(report)
