@@ -398,6 +398,7 @@ class Service:
             repertoires=repertoires,
             senses=senses,
             clearing=self._files.each(lambda file: file.clearing),
+            delegating=self._files.each(lambda file: file.delegating),
         )
         self._mission_life = MissionLife(
             core,

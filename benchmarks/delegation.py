@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from app.domain.mission_organiser import Organised, load_library, organise
 from robots.wire import BehaviourScript, ScriptState
 from robots.world import LinkSpec, WorldFile, load_world
-from sim.trials.mishaps import with_jammed_jaws
 from sim.trials.script_runner import ScriptRunner
 from tests.app.sample_store import Store
 
@@ -36,6 +35,15 @@ class Ended:
     letters: int
 
 
+def with_jammed_jaws(world: WorldFile, name: str) -> WorldFile:
+    """The world with a robot whose jaws never close on what it is to grip."""
+    tuning = {"DOCK": {"grip/grip": {"u.value": 0.0}}}
+    robots = tuple(
+        robot.model_copy(update={"tuning": tuning}) if robot.name == name else robot for robot in world.robots
+    )
+    return WorldFile.model_validate(world.model_copy(update={"robots": robots}).model_dump())
+
+
 def scripts_of(world: WorldFile, *, delegate: bool) -> tuple[BehaviourScript, ...]:
     """The mission's scripts, organised as the service does."""
     store = Store(world)
@@ -56,9 +64,9 @@ def scripts_of(world: WorldFile, *, delegate: bool) -> tuple[BehaviourScript, ..
 def carry_out(peer_link: LinkSpec, seed: int, *, delegate: bool) -> Ended:
     """Carry the mission out with the uplink cut."""
     radio = {"link": LinkSpec.model_validate(CUT), "peer_link": peer_link}
-    world = load_world("sample_store").model_copy(update=radio)
+    world = with_jammed_jaws(load_world("sample_store").model_copy(update=radio), "yard_1")
     scripts = scripts_of(world, delegate=delegate)
-    with ScriptRunner(world, seed=seed, make_agent=with_jammed_jaws(["yard_1"])) as runner:
+    with ScriptRunner(world, seed=seed) as runner:
         runner.send(scripts)
         simulation = runner.simulation
 

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from app.cli.ground_truth import holds
 from app.composition import Service, make_engine
@@ -80,7 +81,9 @@ class Tally:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ended:
-    """How a mission ended in the record, and whether the goal is true in the world itself; `took_s` from approval."""
+    """How a mission ended in the record, and whether the goal is true in the world itself; `took_s` from approval.
+    `events`: of the mission; `done_by`: by packet, who has done it in its robot's stead.
+    """
 
     state: MissionState
     reason: str
@@ -90,6 +93,8 @@ class Ended:
     letters: Mapping[Direction, int]
     twice: Sequence[tuple[str, str]]
     facts: Sequence[str]
+    events: Sequence[Mapping[str, Any]]
+    done_by: Mapping[str, str]
 
 
 def carry_out(
@@ -104,12 +109,14 @@ def carry_out(
     rate: float = RATE,
     limit_s: float = LIMIT_S,
     patience_s: float = 10.0,
+    delegate: bool = False,
     meanwhile: Meanwhile = lambda service, mission_id: None,
 ) -> Ended:
     """State the goal, approve the plan, and wait for the mission's end.
 
     :param out_s: how long a radio is out from its `worst` message on.
     :param patience_s: wall-clock seconds that a robot may take to answer beyond its radio's delay.
+    :param delegate: the approval lets robots put legs to each other.
     :param meanwhile: called repeatedly while the mission is under way.
     """
     settings = Settings(
@@ -129,7 +136,7 @@ def carry_out(
         clock = far.simulation.clock
         stated, plan_id = planned(service, GoalRequest(world=world.name, text=goal))
         begun_s = clock.now_s()
-        _, mission_id = service.plans.approve(plan_id, actor="benchmark", comment="")
+        _, mission_id = service.plans.approve(plan_id, actor="benchmark", delegate=delegate)
         seen = _followed(service, mission_id, lambda: clock.now_s() > begun_s + limit_s, meanwhile)
         mission, scripts = service.missions.get(mission_id)
         truth = far.simulation.truth()
@@ -145,6 +152,17 @@ def carry_out(
             letters=dict(tally.letters),
             twice=tally.twice,
             facts=facts,
+            events=[
+                {"type": row.type, **row.data}
+                for row in service.core.events.since(0, limit=10_000)
+                if row.subject == mission_id
+            ],
+            done_by={
+                name: packet["delegated_to"]
+                for script in scripts
+                for name, packet in script.packets.items()
+                if "delegated_to" in packet
+            },
         )
 
 

@@ -107,6 +107,13 @@ class Decision(Request):
     comment: str = Field(default="", max_length=2000)
 
 
+class Approval(Decision):
+    delegate: bool = Field(
+        default=False,
+        description="robots in the field may put legs of the plan to each other while the service is out of reach",
+    )
+
+
 class FactChange(StatedFact):
     """A fact that is true or, with `value` false, not true."""
 

@@ -6,6 +6,7 @@ from enum import Enum
 from fastapi import APIRouter, Response
 
 from app.api.bodies import (
+    Approval,
     CheckedGoal,
     CheckGoal,
     Decision,
@@ -153,10 +154,10 @@ def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanEx
         return export.pddl(plan_id, form)
 
     @router.post("/plans/{plan_id}:approve", status_code=202, responses=declared(409))
-    def approve_plan(plan_id: Id, body: Decision | None = None) -> Decided:
+    def approve_plan(plan_id: Id, body: Approval | None = None) -> Decided:
         """Approve the plan and start its mission. 409 if the world has changed since; the plan is then repaired."""
-        comment = body.comment if body else ""
-        row, mission_id = plans.approve(plan_id, actor=ACTOR, comment=comment)
+        body = body or Approval()
+        row, mission_id = plans.approve(plan_id, actor=ACTOR, comment=body.comment, delegate=body.delegate)
         return Decided(**plan_body(row).model_dump(), mission_id=mission_id)
 
     @router.post("/plans/{plan_id}:reject", status_code=202, responses=declared(409))

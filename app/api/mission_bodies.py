@@ -24,6 +24,9 @@ class PacketProgress(BaseModel):
     started_at_s: float | None = None
     finished_at_s: float | None = None
     detail: str = ""
+    delegated_to: str | None = Field(
+        default=None, description="the robot that does it, or has done it, in this one's stead"
+    )
     waits_for: list[str] = Field(
         default=[], description="actions, with their robots, for which it still needs clearance"
     )
@@ -81,6 +84,7 @@ def _packet_document(
         "started_at_s": reported.get("started_at_s"),
         "finished_at_s": reported.get("finished_at_s"),
         "detail": reported.get("detail", ""),
+        "delegated_to": reported.get("delegated_to"),
         "waits_for": [
             f"{action} of {' and '.join(doers.get(action, ()))}"
             for action in planned.get("after", ())
@@ -231,6 +235,9 @@ class MissionBody(BaseModel):
         description="in what its robots have reported, on all its plans; it does not complete with them",
     )
     results: int = Field(default=0, description="how many its packets have brought")
+    delegate: bool = Field(
+        default=False, description="robots in the field may put legs of their scripts to each other"
+    )
     recovery: RecoveryBody
     progress: list[ScriptProgress] = Field(description="of the plan that it carries out now")
     earlier: list[ScriptProgress] = Field(

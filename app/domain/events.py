@@ -19,6 +19,8 @@ from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS
 from robots.data import Frozen
 from robots.wire import (
+    DelegationBid,
+    DelegationState,
     FactsheetState,
     FailureCategory,
     PacketState,
@@ -207,10 +209,11 @@ class PlanBidsCalled(PlanEvent, type="plan.bids_called"):
 
 
 class PlanDecided(PlanEvent, type="plan.{0.state}", states=(PlanState.APPROVED, PlanState.REJECTED)):
-    """The plan was approved or rejected."""
+    """The plan was approved or rejected. `delegate`: robots in the field may put legs of it to each other."""
 
     actor: str
     comment: str
+    delegate: bool = False
 
 
 class PlanClosed(PlanEvent, type="plan.{0.state}", states=(PlanState.EXPIRED, PlanState.SUPERSEDED)):
@@ -463,6 +466,20 @@ class PacketReported(Event, type="packet.{0.state}", states=tuple(PacketState)):
     state: PacketState
     at_s: float
     events: tuple[str, ...]
+    detail: str
+
+
+class LegDelegated(Event, type="leg.{0.outcome}", states=tuple(DelegationState)):
+    """A robot that could not do `packets` of its script has put them to others while the service was out of reach: what
+    has become of it (world's clock). `to`: who was awarded them, empty if nobody; `bids`: of the last call.
+    """
+
+    robot: str
+    to: str
+    outcome: DelegationState
+    packets: tuple[str, ...]
+    bids: tuple[DelegationBid, ...]
+    at_s: float
     detail: str
 
 

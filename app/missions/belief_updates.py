@@ -15,12 +15,13 @@ from app.domain.events import (
     TeleoperationEnded,
     UpkeepReported,
 )
-from app.domain.world_model import Change, apply_action, reconcile_report, told_by_events
-from app.domain.world_model.beliefs import IN, OBJECT_POSITION, ROBOT_POSITION
+from app.domain.world_model import Change, apply_action, belief_change, reconcile_report, told_by_events
+from app.domain.world_model.beliefs import IN, OBJECT_POSITION, REACHES, ROBOT_POSITION
 from app.domain.world_model.timeliness import Subject, newer_subjects, without_outdated
 from app.domain.world_model.vocabulary import symbolic
 from app.missions.clearance import action_has_ended
 from app.missions.contradictions import disputed
+from app.missions.delegation import as_done, done_by
 from app.store import MissionRow, ScriptRow
 from app.store.facts import WorldFacts, source_of
 from app.workflows.mission_wakeups import wake_missions
@@ -62,13 +63,14 @@ class BeliefUpdates:
         world = self._facts.read_locked(session, mission.world)
         # The percepts of a stopped robot are newer; later actions of the other robots are applied again below.
         going_on = [source_of(one.robot) for one in scripts if one.state not in STOPPED]
+        by = done_by(scripts)
         for action_id in actions:
-            action = net.action(action_id)
+            action = as_done(net.action(action_id), by)
             before = world.facts - self._knowledge_base.achieved_each_time(action.effects)
             after = apply_action(before, action)
             touched = after ^ before
             for later in _done_since(net, action_id, scripts):
-                after = apply_action(after, later)
+                after = apply_action(after, as_done(later, by))
             add = _undisputed((after - before) & touched, mission, script)
             change = Change(add=add, remove=(before - after) & touched)
             self._believe(
@@ -126,6 +128,25 @@ class BeliefUpdates:
             at_s=at_s,
             corrects=True,
         )
+
+    def note_positions(
+        self, session: Session, positions: Sequence[Fact], *, at_s: float, mission: MissionRow
+    ) -> None:
+        """Where robots of which another one reports stand; places that they do not reach are not believed."""
+        world = self._facts.read_locked(session, mission.world)
+        for fact in positions:
+            robot, _, place = fact.args
+            if Fact(REACHES, (robot, place)) in world.facts:
+                self._believe(
+                    session,
+                    world,
+                    belief_change(world.facts, [fact]),
+                    newer=newer_subjects(world.dated, at_s),
+                    mission=mission,
+                    robot=robot,
+                    at_s=at_s,
+                    corrects=False,
+                )
 
     def note_upkeep(self, session: Session, report: UpkeepReport, *, world: str, robot: str) -> None:
         """Record a robot's upkeep and apply its percepts, unless newer facts are known."""

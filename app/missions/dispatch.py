@@ -27,16 +27,19 @@ class ScriptDispatcher:
         repertoires: Mapping[str, Mapping[str, Sequence[str]]],
         senses: Mapping[str, Senses] | None = None,
         clearing: Mapping[str, Collection[str]] | None = None,
+        delegating: Mapping[str, Collection[str]] | None = None,
     ) -> None:
         """:param repertoires: by world and robot, the packet tags the robot can carry out.
         :param senses: by world, what robots sense, of those that do not sense all; None: all do.
         :param clearing: by world, the robots that clear each other; None: none do.
+        :param delegating: by world, the robots that put legs to each other if that is granted; None: none do.
         """
         self._core = core
         self._library = library
         self._repertoires = repertoires
         self._senses = senses
         self._clearing = clearing
+        self._delegating = delegating
 
     def is_dispatched(self, session: Session, mission: MissionRow) -> bool:
         """True if the scripts of the mission's plan are recorded."""
@@ -63,6 +66,7 @@ class ScriptDispatcher:
             script_ids=lambda robot: script_id(mission.id, robot, mission.revision),
             senses=None if self._senses is None else self._senses[mission.world],
             clearing=() if self._clearing is None else self._clearing[mission.world],
+            delegating=self._delegating[mission.world] if mission.delegate and self._delegating else (),
         )
         if isinstance(organised, OrganiserFailure):
             return organised.reason

@@ -20,8 +20,9 @@ from app.domain.plausibility import (
     doubt_of_time,
 )
 from app.domain.world_model.beliefs import ROBOT_POSITION
-from app.missions.clearance import begun_by, begun_uncleared, finished_by, said_with
+from app.missions.clearance import begun_by, begun_uncleared, finished_by, packets_of, said_with
 from app.missions.contradictions import parts_of
+from app.missions.delegation import DONE_BY, granted_to
 from app.missions.rivals import Rivals
 from app.store import ScriptRow
 from robots.clock import Clock
@@ -31,6 +32,7 @@ from robots.wire import (
     PacketState,
     SampleReport,
     ScriptReport,
+    ScriptState,
     StatusReport,
     SymbolicFact,
     UpkeepReport,
@@ -82,7 +84,9 @@ class Plausibility:
         now_s = self._clocks[world].now_s()
         lag_s = self._lags_s[world]()
         early = doubt_of_time(report.at_s, now_s=now_s, lag_s=lag_s)
-        if early or isinstance(report, StatusReport) or _changes_nothing(report, script):
+        # NOTE: of what another robot has done it tells nothing where this one is, and has been.
+        tells_nothing = _changes_nothing(report, script) or _is_done_by_another(report, script)
+        if early or isinstance(report, StatusReport) or tells_nothing:
             return early
         if script is not None and (packet := begun_by(report, script)) is not None:
             out_of_order = self._doubt_of_order(session, script, scripts, packet, report=report, now_s=now_s)
@@ -208,6 +212,14 @@ def _changes_nothing(report: Report, script: ScriptRow | None) -> bool:
         case PacketReport(packet_id=packet) if script is not None:
             return script.packets.get(packet, {}).get("state") in (PacketState.FINISHED, PacketState.FAILED)
     return False
+
+
+def _is_done_by_another(report: Report, script: ScriptRow | None) -> bool:
+    """True if it tells the end of the script, whose last packet another robot has done."""
+    if script is None or not isinstance(report, ScriptReport) or report.state is not ScriptState.FINISHED:
+        return False
+    last = packets_of(script)[-1]
+    return last in granted_to(script, report.done_by) or DONE_BY in script.packets.get(last, {})
 
 
 def _work(script: ScriptRow) -> Work:

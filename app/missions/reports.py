@@ -57,6 +57,7 @@ from app.missions.clearance import (
     told_by_peers,
 )
 from app.missions.contradictions import ContradictionRecord, note_claim
+from app.missions.delegation import DelegationRecord, finish_by, granted_to, stand_after
 from app.missions.factsheets import Factsheets
 from app.missions.mission_speech import speech_of
 from app.missions.plausibility import Plausibility
@@ -69,6 +70,8 @@ from robots.wire import (
     Acknowledgement,
     BehaviourScript,
     ControlVerb,
+    DelegationReport,
+    DelegationState,
     Factsheet,
     FaultReport,
     Message,
@@ -84,7 +87,9 @@ from robots.wire import (
     UpkeepReport,
 )
 
-OfScript = Acknowledgement | Refusal | PacketReport | ScriptReport | StatusReport | SpeechReport
+OfScript = (
+    Acknowledgement | Refusal | PacketReport | ScriptReport | StatusReport | SpeechReport | DelegationReport
+)
 """Reports and answers about a script."""
 MAX_ID = 120
 """The longest key of a recorded message."""
@@ -133,6 +138,7 @@ class MissionReports:
         self._reservations = core.reservations
         self._beliefs = BeliefUpdates(core)
         self._contradictions = ContradictionRecord(core)
+        self._delegations = DelegationRecord(core)
         self._waiting = waiting
         self._plausibility = plausibility
         self._changes = changes
@@ -263,6 +269,8 @@ class MissionReports:
                 self._script_ended(session, report, subject)
             case SpeechReport() as report:
                 self._speech(session, report, subject)
+            case DelegationReport() as report:
+                self._delegated(session, report, subject)
             case StatusReport() as report:
                 self._status(session, message, report, subject)
                 reissue_if_diverged(subject.script, subject.mission)
@@ -428,11 +436,17 @@ class MissionReports:
             category=report.category,
             perceived=[fact.model_dump(mode="json") for fact in report.perceived],
         )
+        elsewhere = {
+            packet: robot
+            for packet, robot in granted_to(script, report.done_by).items()
+            if script.packets.get(packet, {}).get("state") != PacketState.FINISHED
+        }
+        finish_by(script, elsewhere, report.at_s)
         if report.state is ScriptState.FINISHED:
             unreported = _finish_packets(script, report.at_s)
             if subject.is_current:
                 self._contradictions.note(session, subject.mission, subject.scripts)
-            self._actions_ended(session, unreported, report.at_s, subject)
+            self._actions_ended(session, [*elsewhere, *unreported], report.at_s, subject)
         else:
             self._beliefs.reconcile(session, report, script, subject.mission)
         self._events.append(
@@ -500,6 +514,17 @@ class MissionReports:
             (row.data["robot"], row.data["conversation"]) != (one.robot, one.conversation) for row in known
         ):
             self._events.append(session, one)
+
+    def _delegated(self, session: Session, report: DelegationReport, subject: _Subject) -> None:
+        """A robot in the field has put a leg to another, or tells how that has ended."""
+        ended = self._delegations.note(session, report, subject.script, subject.mission)
+        if subject.is_current:
+            self._note_start(session, subject.mission, report.at_s)
+        self._actions_ended(session, ended, report.at_s, subject)
+        if report.state is DelegationState.DONE and subject.script.packets:
+            self._beliefs.note_positions(
+                session, stand_after(report, subject.script.robot), at_s=report.at_s, mission=subject.mission
+            )
 
     def _imply_ends(self, session: Session, report: StatusReport, subject: _Subject) -> None:
         """Another robot's report waits for this one's: what is before the packet that it is at has ended."""

@@ -114,9 +114,12 @@ class PlanApproval:
             read_bodies(session, [row for row in rows if row.id not in without_body])
             return rows, token
 
-    def approve(self, plan_id: str, *, actor: str, comment: str = "") -> tuple[PlanRow, str]:
+    def approve(
+        self, plan_id: str, *, actor: str, comment: str = "", delegate: bool = False
+    ) -> tuple[PlanRow, str]:
         """Approve a plan and start its mission; approving it again returns the same mission's id.
 
+        :param delegate: robots in the field may put legs to each other, of this plan and of the mission's later ones.
         :raises Conflict: if it is no longer proposed, or the world has changed since; in that case it is repaired.
         """
         with self._database.write() as session:
@@ -124,14 +127,23 @@ class PlanApproval:
             if plan.state == PlanState.APPROVED:
                 return plan, _mission_of(session, plan)
             _refuse_decided(plan)
-            mission_id = self.approve_or_expire(session, plan, goal, actor=actor, comment=comment)
+            mission_id = self.approve_or_expire(
+                session, plan, goal, actor=actor, comment=comment, delegate=delegate
+            )
         if mission_id is None:
             detail = f"the world has changed since the plan was made: {plan.reason}; it is being repaired"
             raise Conflict(detail, code="plan-stale")
         return plan, mission_id
 
     def approve_or_expire(
-        self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str
+        self,
+        session: Session,
+        plan: PlanRow,
+        goal: GoalRow,
+        *,
+        actor: str,
+        comment: str,
+        delegate: bool = False,
     ) -> str | None:
         """Approve inside the caller's transaction and return the mission's id.
 
@@ -143,7 +155,7 @@ class PlanApproval:
         self._facts.lock(session, plan.world)
         stale = "; ".join(self._staleness.of(session, plan, goal))
         if not stale:
-            return self._approve(session, plan, goal, actor=actor, comment=comment)
+            return self._approve(session, plan, goal, actor=actor, comment=comment, delegate=delegate)
         plan_lifecycle.close(plan, PlanState.EXPIRED, stale)
         goal.plan_id = plan.id
         expired = PlanClosed(
@@ -158,8 +170,10 @@ class PlanApproval:
             self._requests.recover_again(session, goal, reason)
         return None
 
-    def _approve(self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str) -> str:
-        self._decide(session, plan, PlanState.APPROVED, actor, comment)
+    def _approve(
+        self, session: Session, plan: PlanRow, goal: GoalRow, *, actor: str, comment: str, delegate: bool
+    ) -> str:
+        self._decide(session, plan, PlanState.APPROVED, actor, comment, delegate=delegate)
         close_plans(
             session, self._events, goal, PlanState.SUPERSEDED, f"plan {plan.id} was approved", keep=plan.id
         )
@@ -170,9 +184,9 @@ class PlanApproval:
         goal_lifecycle.commit(goal, plan_id=plan.id, mission_id=mission_id)
         self._events.append(session, GoalCommitted(subject=goal.id, plan=plan.id, mission=mission_id))
         if is_repair:
-            self._revise(session, mission_id, plan, margin_s)
+            self._revise(session, mission_id, plan, margin_s, delegate=delegate)
         else:
-            self._start(session, mission_id, plan, goal, margin_s)
+            self._start(session, mission_id, plan, goal, margin_s, delegate=delegate)
         if self._tenders is not None and goal.allocation == Allocation.CONTRACT_NET:
             session.flush()
             mission = session.get_one(MissionRow, mission_id)
@@ -180,7 +194,14 @@ class PlanApproval:
         return mission_id
 
     def _start(
-        self, session: Session, mission_id: str, plan: PlanRow, goal: GoalRow, margin_s: float
+        self,
+        session: Session,
+        mission_id: str,
+        plan: PlanRow,
+        goal: GoalRow,
+        margin_s: float,
+        *,
+        delegate: bool,
     ) -> None:
         """Record the mission that carries out the plan, and start its workflow."""
         body = PlanBody.model_validate(plan.body)
@@ -197,6 +218,7 @@ class PlanApproval:
             deadline_s=goal.deadline_at_s,
             recovery=goal.recovery,
             tries_left=TRIES,
+            delegate=delegate,
         )
         session.add(mission)
         self._events.append(
@@ -211,7 +233,9 @@ class PlanApproval:
         )
         self._workflows.start(session, MISSIONS, MISSION_LIFE, mission.workflow, mission.id)
 
-    def _revise(self, session: Session, mission_id: str, plan: PlanRow, margin_s: float) -> None:
+    def _revise(
+        self, session: Session, mission_id: str, plan: PlanRow, margin_s: float, *, delegate: bool
+    ) -> None:
         """Have the mission carry out its repaired plan: what is done stays done, its robots get new scripts.
 
         A paused mission's robots get them when it is resumed.
@@ -220,6 +244,7 @@ class PlanApproval:
         mission.plan_id = plan.id
         mission.margin_s = margin_s
         mission.revision += 1
+        mission.delegate = mission.delegate or delegate
         recovery.approve(mission, plan.id)
         mission_lifecycle.dispatch(mission)
         self._events.append(
@@ -270,11 +295,27 @@ class PlanApproval:
         recovery.reject(mission, plan.id, f"the repair was rejected{remark}")
         self._workflows.wake(session, mission.workflow)
 
-    def _decide(self, session: Session, plan: PlanRow, state: PlanState, actor: str, comment: str) -> None:
+    def _decide(
+        self,
+        session: Session,
+        plan: PlanRow,
+        state: PlanState,
+        actor: str,
+        comment: str,
+        *,
+        delegate: bool = False,
+    ) -> None:
         plan_lifecycle.decide(plan, state, actor=actor, comment=comment, at=utc_now())
         self._events.append(
             session,
-            PlanDecided(subject=plan.id, goal=plan.goal_id, state=state, actor=actor, comment=comment),
+            PlanDecided(
+                subject=plan.id,
+                goal=plan.goal_id,
+                state=state,
+                actor=actor,
+                comment=comment,
+                delegate=delegate,
+            ),
         )
 
 

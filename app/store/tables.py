@@ -20,6 +20,7 @@ from sqlalchemy import (
     TypeDecorator,
     cast,
     column,
+    false,
     true,
     type_coerce,
 )
@@ -363,7 +364,8 @@ class MissionRow(Base):
     the first. `recovery` is the recovery policy, `recovery_step` the current step, `tries_left` the number of tries
     left, `attempts` the recovery attempts with their outcomes; `stopped_for`: why its robots were stopped, in words, if
     none of them had failed. `contradictions` in its robots' reports: see `app.domain.contradictions`. `workflow` is the
-    id of its current workflow, `results` the number of its results.
+    id of its current workflow, `results` the number of its results. `delegate`: robots in the field may put legs of
+    their scripts to each other.
     """
 
     __tablename__ = "missions"
@@ -396,6 +398,7 @@ class MissionRow(Base):
     attempts: Mapped[list[Any]] = mapped_column(default=list)
     contradictions: Mapped[list[Any]] = mapped_column(default=list, server_default="[]")
     results: Mapped[int] = mapped_column(default=0, server_default="0")
+    delegate: Mapped[bool] = mapped_column(default=False, server_default=false())
     created_at: Mapped[str] = mapped_column(default=utc_now)
 
 

@@ -64,6 +64,7 @@ class Conversation:
         self._heard: set[str] = {first.in_reply_to} if mine and first.in_reply_to else set()
         self._said_s = first.sent_at_s
         self._pause_s = 0.0
+        self._has_arrived = False
         self.reply_by_s: float | None = None
         self._note(first, mine=mine)
 
@@ -74,6 +75,11 @@ class Conversation:
     def knows(self, message: Message) -> bool:
         """True if the partner repeats what it has said."""
         return message.id in self._heard
+
+    def note_repeated(self, message: Message) -> None:
+        """The partner has repeated what it said: it has heard what this side said last, and is not done yet."""
+        if self.side is Side.INITIATOR and message.id == self.last_heard and self.last_said is not None:
+            self._has_arrived = self.last_said.in_reply_to == message.id
 
     def hear(self, message: Message) -> None:
         """:raises OutOfProtocol: if the partner may not say this now."""
@@ -99,6 +105,8 @@ class Conversation:
             return None
         interval_s = round_trip_s + RESEND_S
         pause_s = interval_s if heard_s > self._said_s else max(self._pause_s, interval_s)
+        if self._has_arrived:
+            pause_s = max(LONGEST_PAUSE_S, interval_s)
         if now_s - self._said_s < pause_s:
             return None
         self._said_s = now_s
@@ -136,6 +144,7 @@ class Conversation:
         self.last_said = message
         self._said_s = message.sent_at_s
         self._pause_s = 0.0
+        self._has_arrived = False
         if self.side is Side.INITIATOR and isinstance(message.body, SpeechAct):
             self.reply_by_s = message.body.reply_by_s
 

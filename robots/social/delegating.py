@@ -37,8 +37,8 @@ from robots.wire import (
     SymbolicFact,
 )
 
-BIDS_WITHIN_S = 5.0
-"""How long proposals are awaited, beside the radio's round trip (our choice)."""
+BIDS_WITHIN_S = 30.0
+"""How long proposals are awaited at most, beside the radio's round trip (our choice)."""
 ASIDE_S = 150.0
 """How long the robot tries to make way (our choice)."""
 NEAR_M = 1.5

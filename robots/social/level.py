@@ -250,6 +250,7 @@ class SocialLevel:
         self.acquaintances.hear(message.sender, now_s)
         known = self.conversations.of(act.conversation_id, message.sender)
         if known is not None and known.knows(message):
+            known.note_repeated(message)
             # Whoever has opened the conversation repeats by itself; else two would repeat without end.
             if known.side is Side.PARTICIPANT and (again := known.say_again()) is not None:
                 self._outbox.append(again)

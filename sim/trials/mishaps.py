@@ -1,17 +1,10 @@
-"""Mishaps of a simulated world: rovers and samples moved from outside, jaws that jam. A robot is not told; it must sense
-what has happened.
-"""
+"""Moves rovers and samples of a simulated world from outside. A robot is not told; it must sense what has happened."""
 
-from collections.abc import Collection
 from dataclasses import replace
-from functools import partial
 from math import cos, dist, sin
 
-from robots.executive.agent import BehaviouralAgent
-from robots.physical.body import RADIUS_M, Body, Pose, Readings
+from robots.physical.body import RADIUS_M, Pose
 from robots.world.walls import clearance_m, panels_of
-from sim.world.agent import AgentFactory, AgentSetup
-from sim.world.agents import behavioural_agent
 from sim.world.simulation import Simulation
 
 CLEARANCE_M = RADIUS_M + 0.02
@@ -44,35 +37,3 @@ def set_down(simulation: Simulation, rover: str, pose: Pose) -> None:
     if not has_room(simulation, rover, pose):
         raise ValueError(f"no room for {rover} at ({pose.x_m:.2f}, {pose.y_m:.2f})")
     simulation.scene.put_rover(rover, pose)
-
-
-class JammedBody:
-    """A body whose jaws do not move. Implements `robots.physical.body.Body`."""
-
-    def __init__(self, body: Body) -> None:
-        self._body = body
-
-    def set_velocity(self, linear_m_s: float, angular_rad_s: float) -> None:
-        self._body.set_velocity(linear_m_s, angular_rad_s)
-
-    def set_gripper(self, *, closed: bool) -> None:
-        """Nothing happens."""
-
-    def get_position(self) -> Pose:
-        return self._body.get_position()
-
-    def run_sensors(self, sensors: frozenset[str]) -> None:
-        self._body.run_sensors(sensors)
-
-    def sense(self) -> Readings:
-        return self._body.sense()
-
-
-def with_jammed_jaws(names: Collection[str]) -> AgentFactory:
-    """Makes agents of which these have jaws that are jammed; picklable."""
-    return partial(_jammed, names=frozenset(names))
-
-
-def _jammed(setup: AgentSetup, names: frozenset[str]) -> BehaviouralAgent:
-    is_jammed = setup.spec.name in names
-    return behavioural_agent(replace(setup, body=JammedBody(setup.body)) if is_jammed else setup)

@@ -1,0 +1,19 @@
+"""missions whose robots may put legs to each other"""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0040"
+down_revision = "0039"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    with op.batch_alter_table("missions") as table:
+        table.add_column(sa.Column("delegate", sa.Boolean(), nullable=False, server_default=sa.false()))
+
+
+def downgrade() -> None:
+    with op.batch_alter_table("missions") as table:
+        table.drop_column("delegate")
