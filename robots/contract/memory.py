@@ -30,12 +30,17 @@ class OwedClearance(Checked):
 
 
 class AwardMemory(Checked):
-    """A leg of another robot that this one was awarded, by that message, and does by that script of its own."""
+    """A leg of another robot that this one was awarded, by that message, and does by that script of its own.
+
+    `failed`: why that has failed, in words, `ended`: after how many packets, None if that is not known.
+    """
 
     message: Message
     leg: str
     script_id: str
     until_s: float
+    failed: str = ""
+    ended: int | None = None
 
 
 class DelegationPhase(StrEnum):
@@ -54,14 +59,16 @@ class DelegationPhase(StrEnum):
 class DelegationMemory(Checked):
     """A leg that is put to others.
 
-    `since_s`: when the phase began; `aside`: the place that it has driven to; `tried`: who was awarded it before, or
-    declined the award; `award`: the message by which it was awarded, `count` of how many; `bids`: of the last call.
+    `since_s`: when the phase began; `drives`: how often it has set out to make way; `aside`: the place that it has
+    driven to; `tried`: who was awarded it before, or declined the award; `award`: the message by which it was awarded,
+    `count` of how many; `bids`: of the last call.
     """
 
     script_id: str
     leg: str
     phase: DelegationPhase
     since_s: float
+    drives: int = 0
     aside: str = ""
     tried: tuple[str, ...] = ()
     award: Message | None = None

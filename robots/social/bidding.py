@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from robots.contract.known_scripts import ENDED, remember
 from robots.contract.memory import AwardMemory
-from robots.executive.delegation import AWARDED
+from robots.executive.delegation import ASIDE, AWARDED
 from robots.executive.offer import Offer
 from robots.executive.society import Situated
 from robots.executive.upkeep import drive_home
@@ -39,7 +39,8 @@ Handler = Callable[[Heard, Situated], Reply | None]
 class _Bid:
     """A bid, and its award once `award` is set. `until_s`: when the award's script must have come.
 
-    `is_own`: the award has brought the script; `until_s`: when it must have ended.
+    `is_own`: the award has brought the script; `until_s`: when it must have ended; `failed`, `ended`: why it has
+    failed, and after how many packets.
     """
 
     leg: str
@@ -49,6 +50,8 @@ class _Bid:
     until_s: float = 0.0
     is_own: bool = False
     is_told: bool = False
+    failed: str = ""
+    ended: int | None = None
 
 
 class Bidding:
@@ -114,11 +117,20 @@ class Bidding:
         script_id = next(iter(heard.content.words), "")
         if script_id.startswith(f"{AWARDED}{heard.sender}:"):
             robot.withdraw(script_id)
+            for bid in self._bids.values():
+                bid.is_told |= bid.script_id == script_id
         return Reply(performative=Performative.CONFIRM, content=heard.content)
 
     def memory(self) -> tuple[AwardMemory, ...]:
         return tuple(
-            AwardMemory(message=bid.award.message, leg=bid.leg, script_id=bid.script_id, until_s=bid.until_s)
+            AwardMemory(
+                message=bid.award.message,
+                leg=bid.leg,
+                script_id=bid.script_id,
+                until_s=bid.until_s,
+                failed=bid.failed,
+                ended=bid.ended,
+            )
             for bid in self._bids.values()
             if bid.is_own and bid.award is not None
         )
@@ -140,6 +152,8 @@ class Bidding:
             bid = _Bid(leg=award.leg, busy_s=0.0, award=heard, script_id=award.script_id)
             bid.until_s = award.until_s
             bid.is_own = True
+            bid.failed = award.failed
+            bid.ended = award.ended
             self._bids[_key(heard)] = bid
 
     def _take_up(self, script: BehaviourScript, heard: Heard, robot: Situated) -> str | None:
@@ -183,11 +197,30 @@ class Bidding:
         if now_s >= bid.until_s:
             del self._bids[key]
             robot.withdraw(bid.script_id)
-        elif not bid.is_told and (state := robot.state_of(bid.script_id)) in ENDED:
-            bid.is_told = True
-            conversation = self._conversation(award)
-            if conversation is not None and not conversation.has_ended:
-                self._answer(award, _ending_of_own(bid, state, robot))
+            return
+        state = robot.state_of(bid.script_id)
+        if bid.is_told or state not in ENDED:
+            return
+        if state is not ScriptState.FINISHED and not self._has_made_way(bid, robot):
+            return
+        bid.is_told = True
+        conversation = self._conversation(award)
+        if conversation is not None and not conversation.has_ended:
+            reply = _done(bid, robot) if state is ScriptState.FINISHED else _failed_leg(bid, robot)
+            self._answer(award, reply)
+
+    def _has_made_way(self, bid: _Bid, robot: Situated) -> bool:
+        """After a failure with empty jaws drive home, out of the way of the next; True once that has ended."""
+        percepts = robot.percepts
+        if not bid.failed:
+            bid.failed = robot.why_ended(bid.script_id) or "its script has ended"
+            bid.ended = robot.packets_ended(bid.script_id)
+            if percepts is not None and percepts.last_held is None and percepts.profile.home is not None:
+                way = drive_home(percepts.profile.home, HOME)
+                robot.perform(
+                    BehaviourScript(id=_aside(bid), mission_id=OWN, robot=self._name, packets=(way,))
+                )
+        return robot.state_of(_aside(bid)) in (None, *ENDED)
 
     def _conversation(self, heard: Heard) -> Conversation | None:
         body = heard.message.body
@@ -202,16 +235,22 @@ def _ending(leg: str, state: ScriptState | None) -> Reply:
     return Reply(performative=Performative.FAILURE, content=Term("failed", (leg, reason)))
 
 
-def _ending_of_own(bid: _Bid, state: ScriptState | None, robot: Situated) -> Reply:
-    percepts = robot.percepts
-    if state is ScriptState.FINISHED:
-        home = None if percepts is None else percepts.profile.home
-        stands = () if home is None else (Term("near", (home,)),)
-        return Reply(performative=Performative.INFORM, content=Term("done", (bid.leg, *stands)))
-    reason = robot.why_ended(bid.script_id) or f"its script has {state}"
-    held = None if percepts is None else percepts.last_held
-    ended = robot.packets_ended(bid.script_id)
-    return _failed(bid.leg, Failed(reason=reason[:300], ended=ended, held=held))
+def _aside(bid: _Bid) -> str:
+    return f"{ASIDE}{bid.script_id}"
+
+
+def _done(bid: _Bid, robot: Situated) -> Reply:
+    home = None if robot.percepts is None else robot.percepts.profile.home
+    stands = () if home is None else (Term("near", (home,)),)
+    return Reply(performative=Performative.INFORM, content=Term("done", (bid.leg, *stands)))
+
+
+def _failed_leg(bid: _Bid, robot: Situated) -> Reply:
+    """Who has not made way leaves out how far it came: nobody else can begin where it stands."""
+    held = None if robot.percepts is None else robot.percepts.last_held
+    has_made_way = robot.state_of(_aside(bid)) is ScriptState.FINISHED
+    ended = bid.ended if has_made_way else None
+    return _failed(bid.leg, Failed(reason=bid.failed[:300], ended=ended, held=held))
 
 
 def _failed(leg: str, failed: Failed) -> Reply:

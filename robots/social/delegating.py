@@ -16,7 +16,7 @@ from robots.contract.memory import DelegationMemory, DelegationPhase
 from robots.executive.delegation import ASIDE, AWARDED, DelegatedLeg
 from robots.executive.offer import Offer
 from robots.executive.society import Situated
-from robots.executive.upkeep import DRIVE_S, drive_home
+from robots.executive.upkeep import drive_home
 from robots.perception.percepts import NOTHING, Needs
 from robots.social.bidding import HOME, WITHDRAWN
 from robots.social.conversation import Conversation
@@ -41,6 +41,8 @@ BIDS_WITHIN_S = 30.0
 """How long proposals are awaited at most, beside the radio's round trip (our choice)."""
 ASIDE_S = 150.0
 """How long the robot tries to make way (our choice)."""
+HOME_S = 120.0
+"""How long the other robot may take to drive home after the leg, before it counts as unheard (our choice)."""
 NEAR_M = 1.5
 """A robot that cannot make way stands in nobody's way this far from all places of the leg (our choice)."""
 WITHDRAWN_S = 300.0
@@ -89,6 +91,7 @@ class Delegating:
         self._state: DelegationMemory | None = None
         self._calls: Sequence[Conversation] = ()
         self._awarded: Conversation | None = None
+        self._is_to_drive = False
 
     @property
     def needs(self) -> Needs:
@@ -99,8 +102,9 @@ class Delegating:
         return self._state
 
     def recall(self, memory: DelegationMemory | None) -> None:
-        """Go on after a power failure: calls are made again, an award stands."""
+        """Go on after a power failure: it sets out again and calls again; an award stands."""
         self._state = memory
+        self._is_to_drive = memory is not None and memory.phase is DelegationPhase.MAKING_WAY
         if memory is not None and memory.award is not None:
             self._awarded = self._speaker.go_on_with(memory.award)
 
@@ -133,27 +137,29 @@ class Delegating:
                 self._follow(state, leg, robot, now_s)
 
     def _probe(self, state: DelegationMemory, leg: DelegatedLeg, robot: Situated, now_s: float) -> None:
-        if robot.service_heard_s > state.since_s:
+        if robot.service_heard_s >= state.since_s:
             self._give_up(leg, robot, "the service is in reach and decides")
         elif now_s >= state.since_s + 2 * robot.service_answers_s:
             self._note(phase=DelegationPhase.MAKING_WAY, since_s=now_s)
-            self._drive_home(state, robot)
-
-    def _drive_home(self, state: DelegationMemory, robot: Situated) -> None:
-        percepts = robot.percepts
-        home = None if percepts is None else percepts.profile.home
-        if home is not None:
-            packet = drive_home(home, HOME).model_copy(update={"timeout_s": ASIDE_S})
-            script = BehaviourScript(id=_aside(state), mission_id=OWN, robot=self._name, packets=(packet,))
-            robot.make_way(script)
+            self._is_to_drive = True
 
     def _make_way(self, state: DelegationMemory, leg: DelegatedLeg, robot: Situated, now_s: float) -> None:
-        how = robot.state_of(_aside(state))
         percepts = robot.percepts
-        if percepts is None or (how not in ENDED and now_s < state.since_s + ASIDE_S):
+        if percepts is None:
+            return
+        home = percepts.profile.home
+        if self._is_to_drive and home is not None:
+            self._is_to_drive = False
+            self._note(drives=state.drives + 1, since_s=now_s)
+            packet = drive_home(home, HOME).model_copy(update={"timeout_s": ASIDE_S})
+            name = _aside(state, state.drives + 1)
+            robot.make_way(BehaviourScript(id=name, mission_id=OWN, robot=self._name, packets=(packet,)))
+            return
+        how = robot.state_of(_aside(state, state.drives))
+        if how not in ENDED and now_s < state.since_s + ASIDE_S:
             return
         if how is ScriptState.FINISHED:
-            self._note(phase=DelegationPhase.CALLING, since_s=now_s, aside=percepts.profile.home or "")
+            self._note(phase=DelegationPhase.CALLING, since_s=now_s, aside=home or "")
             return
         at = complex(percepts.pose.x_m, percepts.pose.y_m)
         named = {name for packet in leg.packets for name in packet.arguments.values()}
@@ -212,7 +218,7 @@ class Delegating:
             self._give_up(leg, robot, f"no idle robot takes it: {_words(bids)}", DelegationState.NOT_TAKEN)
             return
         script = self._script(state, leg, winner)
-        within_s = DRIVE_S + sum(one.timeout_s + one.wait_timeout_s for one in leg.packets)
+        within_s = HOME_S + sum(one.timeout_s + one.wait_timeout_s for one in leg.packets)
         award = self._speaker.say_in(
             idle[winner],
             Performative.ACCEPT_PROPOSAL,
@@ -324,8 +330,8 @@ class Delegating:
             )
 
 
-def _aside(state: DelegationMemory) -> str:
-    return f"{ASIDE}{state.script_id}:{state.leg}"
+def _aside(state: DelegationMemory, count: int) -> str:
+    return f"{ASIDE}{state.script_id}:{state.leg}:{count}"
 
 
 def _offer(heard: Heard | None) -> Offer | None:

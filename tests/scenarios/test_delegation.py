@@ -47,7 +47,9 @@ def test_an_idle_robot_does_the_leg_and_the_service_learns_it_on_contact(
     assert {"in(sample_1, bay_7)", "near(yard_1, home_yard_1)", "near(yard_2, home_yard_2)"} <= facts
     assert {f"robot_attribute({name}, gripper, empty)" for name in ("yard_1", "yard_2", "store_2")} <= facts
     assert "vacant(door_1)" in facts
-    told = [(one["type"], one["robot"], one["to"]) for one in mission.events if one["type"].startswith("leg.")]
+    told = [
+        (one["type"], one["robot"], one["to"]) for one in mission.events if one["type"].startswith("leg.")
+    ]
     assert told == [("leg.awarded", "yard_1", "yard_2"), ("leg.done", "yard_1", "yard_2")]
     assert set(mission.done_by.values()) == {"yard_2"}
     assert len(mission.done_by) == 3, "yard_1 has driven to the door itself"

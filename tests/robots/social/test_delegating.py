@@ -1,0 +1,359 @@
+"""A robot that cannot do a leg puts it to others while the service is away, and goes on once it is done."""
+
+import random
+from collections.abc import Sequence
+
+import pytest
+
+from robots.contract.memory import DelegationPhase
+from robots.executive.agent import BehaviouralAgent
+from robots.executive.delegation import ASIDE, AWARDED
+from robots.executive.memory import RobotMemory
+from robots.link import InMemoryLink
+from robots.physical.body import Pose
+from robots.physical.profile import BeaconSpec, RobotProfile
+from robots.social import SocialLevel
+from robots.wire import (
+    BehaviourScript,
+    Control,
+    ControlVerb,
+    DelegableLeg,
+    DelegationReport,
+    DelegationState,
+    Message,
+    PacketReport,
+    PacketState,
+    Performative,
+    Receipt,
+    Recipient,
+    ScriptReport,
+    ScriptRequest,
+    ScriptState,
+    SpeechAct,
+    UpkeepReport,
+)
+from robots.wire import Body as Content
+from tests.robots.fake_world import FakeBody
+from tests.robots.stories import NORTH, SOUTH, carry, packet, room, script
+
+HOMES = {"fred": 1.2, "ginger": 2.4, "basil": 3.6}
+DOOR = complex(1.0, 0.4)
+REPORTS = (DelegationReport, PacketReport, ScriptReport, UpkeepReport)
+
+
+class Field:
+    """Robots in a room that hear each other, and a service that hears them only while it is in reach."""
+
+    def __init__(self, *names: str, seed: int = 0) -> None:
+        self.world = room({"sample_1": DOOR}, seed=seed)
+        homes = {
+            f"home_{name}": BeaconSpec(x_m=x_m, y_m=2.9, approach_rad=(SOUTH,)) for name, x_m in HOMES.items()
+        }
+        self.world.beacons = {**self.world.beacons, **homes}
+        self.in_reach = False
+        self.mute: set[str] = set()
+        self.heard: dict[str, Message] = {}
+        self.said: list[Message] = []
+        self.ends: dict[str, InMemoryLink] = {}
+        self._links: dict[str, InMemoryLink] = {}
+        for name in names:
+            pose = Pose(x_m=HOMES[name], y_m=2.1, heading_rad=NORTH)
+            self.world.bodies[name] = FakeBody(self.world, name, pose)
+            self.ends[name], self._links[name] = InMemoryLink.pair()
+            self._make(name, None)
+
+    def _make(self, name: str, memory: RobotMemory | None) -> None:
+        body = self.world.bodies[name]
+        profile = RobotProfile(
+            name=name,
+            start=body.pose,
+            beacons={
+                place: spec
+                for place, spec in self.world.beacons.items()
+                if not place.startswith("home_") or place == f"home_{name}"
+            },
+            others=tuple(one for one in self.ends if one != name),
+            home=f"home_{name}",
+        )
+        self.world.agents[name] = BehaviouralAgent(
+            profile=profile,
+            body=body,
+            link=self._links[name],
+            clock=self.world.clock,
+            memory=memory,
+            society=SocialLevel(name, self.world.clock),
+        )
+
+    def restart(self, name: str) -> None:
+        """The power fails: what is in flash memory is all that is left."""
+        saved = self.world.agents[name].memory().model_dump_json()
+        self._make(name, RobotMemory.model_validate_json(saved))
+
+    def send(self, name: str, body: Content, performative: Performative = Performative.REQUEST) -> None:
+        self.ends[name].send(
+            Message(
+                performative=performative,
+                sender="service",
+                receiver=name,
+                sent_at_s=self.world.clock.now_s(),
+                body=body,
+            )
+        )
+
+    def order(self, one: BehaviourScript) -> None:
+        self.send(one.robot, ScriptRequest(script=one))
+        self.go_on(0.2)
+
+    def go_on(self, time_s: float) -> None:
+        end_s = self.world.clock.now_s() + time_s
+        while self.world.clock.now_s() < end_s:
+            self.tick()
+
+    def until(self, limit_s: float, state: DelegationState | None = None) -> bool:
+        """Until fred's script has ended, or it reports such a state."""
+        end_s = self.world.clock.now_s() + limit_s
+        while self.world.clock.now_s() < end_s:
+            self.tick()
+            if self.end is not None or (state is not None and state in self.told):
+                return True
+        return False
+
+    def tick(self) -> None:
+        self.world.tick()
+        for name, end in self.ends.items():
+            for message in end.receive():
+                if message.receiver in self.ends:
+                    self.said.append(message)
+                    if not {name, message.receiver} & self.mute:
+                        self.ends[message.receiver].send(message)
+                    continue
+                self.heard[message.id] = message
+                if self.in_reach and isinstance(message.body, REPORTS):
+                    receipt = Message(
+                        performative=Performative.CONFIRM,
+                        sender="service",
+                        receiver=name,
+                        sent_at_s=self.world.clock.now_s(),
+                        in_reply_to=message.id,
+                        body=Receipt(),
+                    )
+                    end.send(receipt)
+
+    @property
+    def end(self) -> ScriptReport | None:
+        """How fred's script has ended."""
+        bodies = (message.body for message in self.heard.values() if message.sender == "fred")
+        return next((body for body in bodies if isinstance(body, ScriptReport)), None)
+
+    @property
+    def delegations(self) -> list[DelegationReport]:
+        return [one.body for one in self.heard.values() if isinstance(one.body, DelegationReport)]
+
+    @property
+    def told(self) -> list[DelegationState]:
+        return [one.state for one in self.delegations]
+
+    def performatives(self, sender: str) -> list[Performative]:
+        acts = {one.id: one for one in self.said if one.sender == sender and isinstance(one.body, SpeechAct)}
+        return [one.performative for one in acts.values()]
+
+    def has_brought(self) -> bool:
+        """The sample lies at the yard, and nobody has it."""
+        yard = self.world.beacons["yard"].point
+        held = [body.held for body in self.world.bodies.values() if body.held]
+        return abs(self.world.samples["sample_1"] - yard) < 0.6 and not held
+
+
+def mission(*robots: str, timeout_s: float = 20.0, more: bool = False) -> BehaviourScript:
+    """fred is to bring the sample from the door to the yard; the others may do it in its stead."""
+    made = carry("fred", "sample_1", "door", "yard")
+    packets = tuple(
+        one.model_copy(update={"timeout_s": timeout_s + 20 * at}) for at, one in enumerate(made.packets)
+    )
+    last = (packet("NAVIGATE", ref1="yard", ref2="hatch"),) if more else ()
+    ids = tuple(one.id for one in packets)
+    legs = (DelegableLeg(id="leg_1", packets=ids, robots=robots),) if robots else ()
+    return made.model_copy(update={"packets": (*packets, *last), "delegable": legs})
+
+
+def jammed(*names: str, seed: int = 0, stuck: Sequence[str] = ("fred",)) -> Field:
+    field = Field(*names, seed=seed)
+    for name in stuck:
+        field.world.bodies[name].jammed = True
+    return field
+
+
+def test_an_idle_robot_does_the_leg_and_the_script_goes_on_after_it() -> None:
+    field = jammed("fred", "ginger")
+    field.order(mission("ginger", more=True))
+    assert field.until(300.0)
+    assert field.end is not None
+    assert field.end.state is ScriptState.FINISHED, field.end.detail
+    assert field.has_brought()
+    assert field.told == [DelegationState.AWARDED, DelegationState.DONE]
+    done = field.delegations[-1]
+    assert (done.robot, done.stands, done.aside) == ("ginger", "home_ginger", "home_fred")
+    assert sorted(field.end.done_by) == [
+        "DOCK-sample_1-door",
+        "RELEASE2-sample_1-door-yard",
+        "TRANSPORT-sample_1-door-yard",
+    ]
+    states = [
+        one.body.state
+        for one in field.heard.values()
+        if isinstance(one.body, PacketReport) and one.body.packet_id.startswith("DOCK")
+    ]
+    assert PacketState.RETRIABLE in states
+    assert PacketState.FAILED not in states, "the service would have it that the script fails"
+    assert field.performatives("ginger") == [Performative.PROPOSE, Performative.INFORM]
+
+
+def test_while_the_service_answers_it_decides_and_the_script_fails_as_before() -> None:
+    field = jammed("fred", "ginger")
+    field.in_reach = True
+    field.order(mission("ginger"))
+    assert field.until(120.0)
+    assert field.end is not None
+    assert (field.end.state, field.said) == (ScriptState.FAILED, [])
+    assert "the service is in reach" in field.end.detail
+
+
+@pytest.mark.parametrize("robots", [(), ("ginger",)], ids=["not granted", "the robot moved it"])
+def test_what_is_not_granted_or_begun_with_the_sample_in_its_jaws_is_not_put_to_others(
+    robots: tuple[str, ...],
+) -> None:
+    field = jammed("fred", "ginger", stuck=() if robots else ("fred",))
+    field.order(mission(*robots))
+    if robots:
+        while field.world.bodies["fred"].held is None:
+            field.tick()
+        field.world.bodies["fred"].stuck = True
+    assert field.until(300.0)
+    assert field.end is not None
+    assert (field.end.state, field.said) == (ScriptState.FAILED, [])
+
+
+def test_a_robot_at_a_script_of_its_own_is_not_drawn_away() -> None:
+    field = jammed("fred", "ginger")
+    waits = packet("NAVIGATE", ref2="hatch", after=("a1",), wait_timeout_s=900.0)
+    field.order(script("ginger", waits))
+    field.order(mission("ginger"))
+    assert field.until(200.0)
+    assert field.told == [DelegationState.NOT_TAKEN]
+    assert field.end is not None
+    assert "ginger busy" in field.end.detail
+    assert field.performatives("fred") == [Performative.CFP, Performative.REJECT_PROPOSAL]
+
+
+def test_who_fails_with_empty_jaws_is_followed_by_the_next_best_bid() -> None:
+    field = jammed("fred", "ginger", "basil", stuck=("fred", "ginger"))
+    field.order(mission("ginger", "basil"))
+    assert field.until(500.0)
+    assert field.end is not None
+    assert field.end.state is ScriptState.FINISHED, field.end.detail
+    assert [(one.state, one.robot) for one in field.delegations] == [
+        (DelegationState.AWARDED, "ginger"),
+        (DelegationState.FAILED, "ginger"),
+        (DelegationState.AWARDED, "basil"),
+        (DelegationState.DONE, "basil"),
+    ]
+    assert field.has_brought()
+
+
+def test_who_fails_with_the_sample_in_its_jaws_is_followed_by_nobody() -> None:
+    field = jammed("fred", "ginger", "basil")
+    field.order(mission("ginger", "basil"))
+    assert field.until(200.0, DelegationState.AWARDED)
+    while field.world.bodies["ginger"].held is None:
+        field.tick()
+    field.world.bodies["ginger"].stuck = True
+    assert field.until(500.0)
+    assert field.end is not None
+    assert field.end.state is ScriptState.FAILED
+    assert [(one.state, one.robot) for one in field.delegations] == [
+        (DelegationState.AWARDED, "ginger"),
+        (DelegationState.FAILED, "ginger"),
+    ]
+    (told,) = [one.body for one in field.heard.values() if isinstance(one.body, UpkeepReport)]
+    assert "in(sample_1, ginger)" in map(str, told.perceived), "the service learns where the sample is"
+
+
+def test_an_award_that_is_lost_times_out_is_told_and_given_to_nobody_else() -> None:
+    field = jammed("fred", "ginger", "basil")
+    field.order(mission("ginger", "basil"))
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.mute.add("ginger")
+    field.world.clock.advance(1500.0)
+    assert field.until(5.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.UNHEARD]
+    assert field.end is not None
+    assert field.end.state is ScriptState.FAILED
+    assert "ginger, which was awarded it" in field.end.detail
+
+
+def test_a_cancelled_script_stops_the_robot_that_does_its_leg() -> None:
+    field = jammed("fred", "ginger")
+    one = mission("ginger")
+    field.order(one)
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.go_on(3.0)
+    field.send("fred", Control(script_id=one.id, verb=ControlVerb.CANCEL), Performative.CANCEL)
+    field.go_on(5.0)
+    states = field.world.agents["ginger"].memory().mind.executive.states
+    assert [state for name, state in states.items() if name.startswith(AWARDED)] == [ScriptState.CANCELLED]
+    assert not any(name.startswith(ASIDE) for name in states), "it stops where it is"
+    assert field.world.bodies["ginger"].velocity == (0.0, 0.0)
+
+
+def test_a_missions_script_waits_for_the_end_of_an_awarded_leg_and_is_not_lost() -> None:
+    field = jammed("fred", "ginger")
+    field.order(mission("ginger"))
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.go_on(1.0)
+    field.order(script("ginger", packet("NAVIGATE", ref2="hatch"), name="another"))
+    assert field.until(200.0)
+    assert field.end is not None
+    assert field.end.state is ScriptState.FINISHED, field.end.detail
+    field.go_on(30.0)
+    assert field.world.agents["ginger"].memory().mind.executive.states["another"] is ScriptState.FINISHED
+
+
+def test_those_that_wait_for_the_leg_are_told_of_its_end() -> None:
+    field = jammed("fred", "ginger", "basil")
+    one = mission("ginger")
+    *before, last = one.packets
+    tells = (Recipient(robot="basil", script_id="waits", within_s=600.0),)
+    field.order(one.model_copy(update={"packets": (*before, last.model_copy(update={"tells": tells}))}))
+    waits = packet("NAVIGATE", ref2="hatch", after=(last.id,), wait_timeout_s=900.0)
+    told_by = {last.id: ("fred",)}
+    field.order(script("basil", waits.model_copy(update={"told_by": told_by}), name="waits"))
+    assert field.until(300.0)
+    field.go_on(30.0)
+    states = field.world.agents["basil"].memory().mind.executive.states
+    assert states["waits"] is ScriptState.FINISHED
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_power_failures_of_both_lose_nothing_and_do_nothing_twice(seed: int) -> None:
+    field = jammed("fred", "ginger", seed=seed)
+    fates = random.Random(seed)
+    field.order(mission("ginger"))
+    restarts = 0
+    for _ in range(20 * 400):
+        field.tick()
+        name = fates.choice(("fred", "ginger"))
+        delegation = (
+            field.world.agents["fred"].memory().mind.social.delegation if fates.random() < 0.02 else None
+        )
+        if delegation is not None and delegation.phase is not DelegationPhase.PROBING:
+            field.restart(name)
+            restarts += 1
+        if field.end is not None:
+            break
+    assert restarts > 0
+    assert field.end is not None
+    assert field.end.state is ScriptState.FINISHED, field.end.detail
+    assert field.has_brought()
+    assert len({one.robot for one in field.delegations}) == 1
+    states = field.world.agents["ginger"].memory().mind.executive.states
+    assert sum(name.startswith(AWARDED) for name in states) == 1
