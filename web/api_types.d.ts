@@ -256,6 +256,7 @@ interface PacketProgress {
   state: string;
   description?: string;
   detail?: string;
+  delegated_to?: string | null;
   waits_for?: string[];
   started_at_s?: number | null;
   finished_at_s?: number | null;

@@ -469,14 +469,14 @@ class PacketReported(Event, type="packet.{0.state}", states=tuple(PacketState)):
     detail: str
 
 
-class LegDelegated(Event, type="leg.{0.outcome}", states=tuple(DelegationState)):
+class LegDelegated(Event, type="leg.{0.state}", states=tuple(DelegationState)):
     """A robot that could not do `packets` of its script has put them to others while the service was out of reach: what
     has become of it (world's clock). `to`: who was awarded them, empty if nobody; `bids`: of the last call.
     """
 
     robot: str
     to: str
-    outcome: DelegationState
+    state: DelegationState
     packets: tuple[str, ...]
     bids: tuple[DelegationBid, ...]
     at_s: float

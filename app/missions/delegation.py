@@ -105,7 +105,7 @@ class DelegationRecord:
                 subject=mission.id,
                 robot=script.robot,
                 to=report.robot,
-                outcome=report.state,
+                state=report.state,
                 packets=tuple(leg["packets"]),
                 bids=report.bids,
                 at_s=report.at_s,

@@ -170,6 +170,7 @@ class MissionServices:
                 repertoires={WORLD: store.repertoires},
                 senses={WORLD: restricted_senses(store.world, store.base)},
                 clearing={WORLD: store.world.clearing},
+                delegating={WORLD: store.world.delegating},
             ),
             times={WORLD: WorldTime(clock=clock, rate=lambda: None)},
             patience_s=PATIENCE_S,

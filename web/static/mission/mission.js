@@ -124,6 +124,7 @@ function packetItem(packet, aborted) {
     el("b", {}, packet.tag),
     el("span", {}, aborted ? "broken off" : words(packet.state)),
     el("span", { class: "quiet" }, timing(packet)),
+    packet.delegated_to ? el("span", { class: "waits" }, `by ${packet.delegated_to}`) : null,
     packet.waits_for?.length ? el("span", { class: "waits" }, `waits for ${packet.waits_for.join(", ")}`) : null,
   );
 }

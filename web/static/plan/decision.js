@@ -12,7 +12,7 @@ export function decision(plan, refresh) {
   const written = document.querySelector(`[data-keep="comment ${CSS.escape(plan.id)}"]`);
   const comment = el("input", { value: written instanceof HTMLInputElement ? written.value : null, "data-keep": `comment ${plan.id}`, placeholder: "comment", maxlength: 500, "data-testid": "plan-comment", "aria-label": "Comment" });
   const box = el("div", { role: "alert" });
-  const approve = el("button", { type: "button", class: "primary", "data-testid": "plan-approve", "aria-keyshortcuts": "a", title: "Approve (a)", onclick: () => confirm(plan, () => send("approve")) }, "Approve …");
+  const approve = el("button", { type: "button", class: "primary", "data-testid": "plan-approve", "aria-keyshortcuts": "a", title: "Approve (a)", onclick: () => confirm(plan, (delegate) => send("approve", { delegate })) }, "Approve …");
   const reject = el("button", { type: "button", "data-testid": "plan-reject", "aria-keyshortcuts": "r", title: "Reject (r)", onclick: rejectWithComment }, "Reject");
 
   function rejectWithComment() {
@@ -22,9 +22,9 @@ export function decision(plan, refresh) {
     } else send("reject");
   }
 
-  /** @param {string} verb */
-  async function send(verb) {
-    await attempt([approve, reject], box, () => post(`/v1/plans/${id(plan.id)}:${verb}`, { comment: comment.value }));
+  /** @param {string} verb @param {{delegate?: boolean}} more */
+  async function send(verb, more = {}) {
+    await attempt([approve, reject], box, () => post(`/v1/plans/${id(plan.id)}:${verb}`, { comment: comment.value, ...more }));
     refresh();
   }
 
@@ -46,8 +46,9 @@ export function mountDecisionKeys() {
   });
 }
 
-/** @param {Plan} plan @param {() => void} onApproved */
+/** @param {Plan} plan @param {(delegate: boolean) => void} onApproved */
 function confirm(plan, onApproved) {
+  const delegate = el("input", { type: "checkbox", "data-testid": "plan-delegate" });
   const go = el("button", { class: "primary", value: "go", "data-testid": "plan-confirm" }, `Approve: ${plan.robots.join(", ")} will move`);
   const dialog = el(
     "dialog",
@@ -58,12 +59,13 @@ function confirm(plan, onApproved) {
       el("h2", { id: "confirm-title" }, plan.robots.length === 1 ? "This robot will move" : `These ${plan.robots.length} robots will move`),
       el("ul", { class: "movers" }, plan.robots.map((robot) => el("li", {}, el("b", {}, robot), " ", el("span", { class: "quiet" }, actionTags(plan, robot))))),
       el("p", { class: "quiet small" }, `The mission is expected to take ${seconds(plan.makespan_s)}. Robots go on by themselves when out of contact.`),
+      el("label", { class: "small" }, delegate, " A robot out of contact may have another do what it fails at"),
       el("div", { class: "row" }, el("button", { value: "no", formnovalidate: true }, "Not yet"), go),
     ),
   );
   dialog.addEventListener("close", () => {
     dialog.remove();
-    if (dialog.returnValue === "go") onApproved();
+    if (dialog.returnValue === "go") onApproved(delegate.checked);
   });
   document.body.append(dialog);
   dialog.showModal();

@@ -246,7 +246,7 @@ function actualBar(robot, packet, start, scale, known) {
   return svg(
     "g",
     {},
-    svg("title", {}, `${robot} ${packet.tag}: ${packet.state}, ${seconds(to - from)} of ${seconds(packet.expected_duration_s)} planned`),
+    svg("title", {}, `${packet.delegated_to ?? robot} ${packet.tag}: ${packet.state}, ${seconds(to - from)} of ${seconds(packet.expected_duration_s)} planned`),
     piece(from, Math.min(to, due), packet.state),
     to > due + 0.05 ? piece(due, to, "overrun") : null,
   );

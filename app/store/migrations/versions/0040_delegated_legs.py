@@ -10,10 +10,8 @@ depends_on = None
 
 
 def upgrade() -> None:
-    with op.batch_alter_table("missions") as table:
-        table.add_column(sa.Column("delegate", sa.Boolean(), nullable=False, server_default=sa.false()))
+    op.add_column("missions", sa.Column("delegate", sa.Boolean(), nullable=False, server_default=sa.false()))
 
 
 def downgrade() -> None:
-    with op.batch_alter_table("missions") as table:
-        table.drop_column("delegate")
+    op.drop_column("missions", "delegate")
