@@ -476,12 +476,7 @@ class BehaviouralAgent:
     def _handle(self, message: Message, now_s: float) -> None:
         match message.body:
             case ScriptRequest(script=script):
-                if script.id not in self._verdicts and is_awarded(self._executive.script):
-                    self._held_back.append(message)
-                    return
-                if script.id not in self._verdicts:
-                    remember(self._verdicts, script.id, self._accept(script, now_s))
-                self._mailbox.agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
+                self._take_up(message, script, now_s)
             case Control(script_id=script_id) as order:
                 refusal = self._control(order, now_s)
                 self._mailbox.agree_or_refuse(message, script_id, refusal, now_s)
@@ -506,6 +501,15 @@ class BehaviouralAgent:
                 self._follow(message, rules, now_s)
             case SetPoint() as set_point:
                 self._drive(message, set_point, now_s)
+
+    def _take_up(self, message: Message, script: BehaviourScript, now_s: float) -> None:
+        """Accept a script or refuse it; one that finds the robot at another one's leg waits for its end."""
+        if script.id not in self._verdicts and is_awarded(self._executive.script):
+            self._held_back.append(message)
+            return
+        if script.id not in self._verdicts:
+            remember(self._verdicts, script.id, self._accept(script, now_s))
+        self._mailbox.agree_or_refuse(message, script.id, self._verdicts[script.id], now_s)
 
     def _take_held_back(self, now_s: float) -> None:
         """Take up what waits for the end of another robot's leg. After a power failure the service says it again."""
