@@ -22,7 +22,7 @@ export function mountMind(root) {
   /** @type {string | null} */
   let robot = null;
   let isLoading = false;
-  replace(root, agents, section("Conversations", conversations), section("Role", roleRoot), section("Rules", rulesRoot), section("Breakpoints", breakpointsRoot));
+  replace(root, section("Breakpoints", breakpointsRoot), agents, section("Conversations", conversations), section("Role", roleRoot), section("Rules", rulesRoot));
   agents.addEventListener("click", (event) => {
     const rule = event.target instanceof HTMLElement ? event.target.dataset.rule : undefined;
     if (rule) rules.showLine(rule);
