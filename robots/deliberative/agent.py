@@ -25,7 +25,7 @@ from robots.deliberative.program import (
     Step,
     parts_of,
 )
-from robots.deliberative.steps import Means, StepRun, begin
+from robots.deliberative.steps import FIRST_READING_S, Means, StepRun, begin
 from robots.deliberative.terms import (
     NOT,
     Term,
@@ -307,6 +307,9 @@ class Agent:
     def _carry_on(self, now_s: float) -> None:
         for key, (commitment, begun) in list(self._live.items()):
             if not satisfied(commitment.maintain, commitment.bindings, self.beliefs):
+                is_new = now_s < commitment.made_s + FIRST_READING_S
+                if begun is None and is_new and not self._has_read(commitment.maintain):
+                    continue  # what it is to keep may hold, and is not sensed yet
                 self._drop(key, DropReason.CONDITION, "its condition no longer holds", now_s)
                 continue
             if now_s < commitment.due_s:

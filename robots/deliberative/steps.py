@@ -28,7 +28,9 @@ from robots.deliberative.terms import Bindings, Term, Value, instance, shown, su
 TIMEOUT = "timeout_s"
 WAIT_TIMEOUT = "wait_timeout_s"
 FIRST_READING_S = 5.0
-"""How long a choice between plans waits for the readings that their conditions need (our choice)."""
+"""How long a choice between plans, and a commitment's beginning, wait for the readings that their conditions need (our
+choice).
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

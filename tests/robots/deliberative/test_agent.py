@@ -1,5 +1,6 @@
 """The interpreter: rules to commitments, commitments to actions."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from robots.deliberative.lint import check
 from robots.deliberative.reader import read_rules, rules_of
 from robots.deliberative.terms import Term, Value
 from robots.errors import RuleError
+from robots.perception.sensing import MutualDataStore
 from robots.repertoire import load_repertoire
 from tests.robots.deliberative.fake_actuators import FakeActuators
 from tests.robots.sensed import percepts, sees
@@ -246,3 +248,20 @@ def test_a_rule_whose_commitment_is_live_meets_no_breakpoint() -> None:
     one.breakpoints = frozenset({"tester:3"})
     one.cycle(0.1, [told("stop")])
     assert one.held == []
+
+
+@pytest.mark.parametrize(("reads_at_s", "begins"), [(0.5, True), (60.0, False)])
+def test_a_commitment_begins_once_the_sensors_of_what_it_is_to_keep_have_read(
+    reads_at_s: float, begins: bool
+) -> None:
+    one, actuators = agent(
+        "PERCEPTOR near(?x) IS closer(target: ?x, m: 1.0) FOR ?x IN tracked;\n"
+        "BELIEF(message(request, ?_, stop)) => COMMIT(Self, Now, BELIEF(near(ball)), activate(STOP()));"
+    )
+    near = percepts(sees("ball", 0.8))
+    off = replace(near, data=MutualDataStore({}))
+    one.cycle(0.0, [told("stop")], off)
+    for tick in range(1, 70):
+        one.cycle(tick / 10, percepts=near if tick / 10 >= reads_at_s else off)
+    assert actuators.tags == (["STOP"] if begins else [])
+    assert [made.reason for made in one.ended] == ([] if begins else [DropReason.CONDITION])
