@@ -210,6 +210,27 @@ interface PlanDifference {
   words: string[];
 }
 
+interface TenderBid {
+  robot: string;
+  state: string;
+  offer: { cost_s: number; release_s: number; way_s: number; work_s: number; battery: number } | null;
+  reason: string;
+}
+
+interface TenderLeg {
+  id: string;
+  goal: Fact;
+  parts: { tags: string[]; bids: TenderBid[] }[];
+  team: string[];
+  why: string;
+  is_planned: boolean | null;
+}
+
+interface Tender {
+  reason: string;
+  legs: TenderLeg[];
+}
+
 interface Plan {
   id: string;
   goal_id: string;
@@ -231,6 +252,7 @@ interface Plan {
   overtaken?: string[];
   repairs?: { plan_id: string; course: string; difference: PlanDifference } | null;
   recruitment?: Record<string, string>;
+  tender?: Tender | null;
   comment?: string | null;
   reason?: string | null;
   decided_by?: string | null;

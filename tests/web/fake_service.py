@@ -241,8 +241,8 @@ class FakeService:
                 asked, choices = "move which sample?", ["move sample_1", "move sample_2"]
         return {"goals": [], "issue": {"code": "needed", "detail": asked}, "completions": choices}
 
-    def propose(self, text: str, **changes: Any) -> dict[str, Any]:
-        """A goal whose plan is proposed at once."""
+    def propose(self, text: str, *, tender: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:
+        """A goal whose plan is proposed at once. :param tender: of the plan."""
         number = len(self.goals) + 1
         goal = {
             "id": f"goal-{number}",
@@ -257,7 +257,7 @@ class FakeService:
             "created_at": f"2026-11-21T12:00:{number:02}Z",
         }
         self.goals[goal["id"]] = goal | changes
-        self.plans[goal["plan_id"]] = self._plan(f"plan-{number}", goal["id"])
+        self.plans[goal["plan_id"]] = self._plan(f"plan-{number}", goal["id"]) | {"tender": tender}
         self.publish("goal.planned", goal["id"])
         return self.goals[goal["id"]]
 

@@ -140,3 +140,33 @@ def test_who_approved_stays_visible_when_the_mission_has_ended(plan: Page, servi
     expect(plan.get_by_test_id("mission-state")).to_have_text("completed")
     expect(plan.get_by_test_id("plan-decided")).to_contain_text("approved by ann")
     expect(plan.get_by_test_id("plan-decided")).to_contain_text("“go on”")
+
+
+def test_who_has_bid_what_for_a_plan_is_shown_once_it_is_opened(page: Page, service: FakeService) -> None:
+    offer = {"cost_s": 30.2, "release_s": 0.0, "way_s": 1.7, "work_s": 28.5, "battery": 0.98}
+    bids = [
+        {"robot": "yard_1", "state": "offered", "offer": offer, "reason": ""},
+        {"robot": "yard_2", "state": "declined", "offer": None, "reason": "it holds a tool"},
+    ]
+    leg = {
+        "id": "leg_1",
+        "goal": {"predicate": "in", "args": ["sample_1", "bay_1"]},
+        "parts": [{"tags": ["DOCK", "TRANSPORT"], "bids": bids}],
+        "team": ["yard_1"],
+        "why": "yard_1 asks 30 s, nobody else bids",
+        "is_planned": True,
+    }
+    service.propose("move sample_1 to bay_1", tender={"reason": "", "legs": [leg]})
+    shown = page.get_by_test_id("robots")
+    shown.locator("summary").click()
+    expect(shown).to_contain_text("leg_1, in(sample_1, bay_1): awarded to yard_1")
+    expect(shown).to_contain_text("yard_1 asks 30 s, nobody else bids")
+    expect(shown).to_contain_text("battery 98 % after it")
+    expect(shown).to_contain_text("yard_2 declined: it holds a tool")
+
+
+def test_why_a_plan_has_its_robots_is_shown_once_it_is_opened(plan: Page) -> None:
+    shown = plan.get_by_test_id("robots")
+    shown.locator("summary").click()
+    expect(shown).to_contain_text("nearest of two that reach door_1")
+    expect(shown).not_to_contain_text("awarded")

@@ -1,7 +1,7 @@
 // The middle pane's plan: its actions and their times, how good it is, why these robots; and the decision on it.
 
 import { planStart, silences } from "../mission/timing.js";
-import { byId, el, replace } from "../page/dom.js";
+import { byId, el, replace, show } from "../page/dom.js";
 import { fact, gap, instant, seconds, tone, words } from "../page/format.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { createActionDetail } from "./action_detail.js";
@@ -80,8 +80,8 @@ function card(plan, state, views, actions) {
     viewChoice(views),
     legend(plan),
     explanation(plan),
-    recruitment(plan),
-    linkList(plan),
+    later("robots", "Why these robots", ({ robots }) => robots(plan)),
+    plan.causal_links?.length ? later("causal-links", `Causal links (${plan.causal_links.length})`, ({ links }) => links(plan)) : null,
   );
 }
 
@@ -145,30 +145,12 @@ function decisionTaken(plan) {
   return texts.length ? el("p", { class: "note", "data-testid": "plan-decided" }, texts.join(": ")) : null;
 }
 
-/** @param {Plan} plan */
-function recruitment(plan) {
-  const reasons = Object.entries(plan.recruitment ?? {});
-  if (!reasons.length) return null;
-  return el("details", {}, el("summary", {}, "Why these robots"), el("dl", {}, reasons.map(([robot, reason]) => [el("dt", {}, robot), el("dd", {}, reason)])));
-}
-
-/** @param {Plan} plan */
-function linkList({ causal_links: links = [] }) {
-  if (!links.length) return null;
-  return el(
-    "details",
-    { "data-testid": "causal-links" },
-    el("summary", {}, `Causal links (${links.length})`),
-    el("ul", { class: "links" }, links.map((link) => el(
-      "li",
-      {},
-      el("span", { class: "quiet" }, link.producer),
-      " → ",
-      el("code", {}, fact(link.fact)),
-      " → ",
-      el("span", { class: "quiet" }, link.consumer),
-    ))),
-  );
+/** What is drawn once it is opened. @param {string} name @param {string} title @param {(drawn: typeof import("./details.js")) => HTMLElement} draw */
+function later(name, title, draw) {
+  const box = el("div");
+  const node = el("details", { "data-testid": name }, el("summary", {}, title), box);
+  node.addEventListener("toggle", async () => node.open && show(box, draw(await import("./details.js"))), { once: true });
+  return node;
 }
 
 const COLUMNS = ["id", "robot", "action", "starts", "at latest", "takes", "slack"];

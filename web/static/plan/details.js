@@ -1,0 +1,39 @@
+// Why a plan has its robots, what they have bid for its legs, and its causal links; loaded once an operator opens it.
+
+import { el } from "../page/dom.js";
+import { fact, seconds, words } from "../page/format.js";
+
+/** @param {Plan} plan */
+export function robots({ recruitment = {}, tender }) {
+  return el("div", {}, el("dl", {}, Object.entries(recruitment).map(([robot, reason]) => [el("dt", {}, robot), el("dd", {}, reason)])), tender ? bids(tender) : null);
+}
+
+/** @param {Tender} tender */
+function bids(tender) {
+  return [tender.reason ? el("p", { class: "note" }, `Planned without awards: ${tender.reason}`) : null, el("dl", {}, tender.legs.map(leg))];
+}
+
+/** @param {TenderLeg} leg */
+function leg({ id, goal, team, why, parts, is_planned: isPlanned }) {
+  const awarded = team.length ? `awarded to ${team.join(" and ")}${isPlanned === false ? ", which the plan does not keep to" : ""}` : "awarded to nobody";
+  return [
+    el("dt", {}, `${id}, ${fact(goal)}: ${awarded}`),
+    why ? el("dd", {}, why) : null,
+    parts.map((part) => el("dd", { class: "small" }, `${part.tags.join(", ")}:`, el("ul", { class: "links" }, part.bids.map((bid) => el("li", {}, offer(bid)))))),
+  ];
+}
+
+/** @param {TenderBid} bid */
+function offer({ robot, state, offer: made, reason }) {
+  const figures = made ? ` ${seconds(made.cost_s)} (free in ${seconds(made.release_s)}, way ${seconds(made.way_s)}, work ${seconds(made.work_s)}), battery ${Math.round(made.battery * 100)} % after it` : "";
+  return `${robot} ${words(state)}${figures}${reason ? `: ${reason}` : ""}`;
+}
+
+/** @param {Plan} plan */
+export function links({ causal_links: all = [] }) {
+  return el(
+    "ul",
+    { class: "links" },
+    all.map((link) => el("li", {}, el("span", { class: "quiet" }, link.producer), " → ", el("code", {}, fact(link.fact)), " → ", el("span", { class: "quiet" }, link.consumer))),
+  );
+}
