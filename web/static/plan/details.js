@@ -1,7 +1,9 @@
-// Why a plan has its robots, what they have bid for its legs, and its causal links; loaded once an operator opens it.
+// Why a plan is as it is, what robots have bid for its legs, and its causal links; loaded once an operator opens one of them.
 
 import { el } from "../page/dom.js";
 import { fact, seconds, words } from "../page/format.js";
+
+const MAX_WAITS = 5;
 
 /** @param {Plan} plan */
 export function robots({ recruitment = {}, tender }) {
@@ -35,5 +37,20 @@ export function links({ causal_links: all = [] }) {
     "ul",
     { class: "links" },
     all.map((link) => el("li", {}, el("span", { class: "quiet" }, link.producer), " → ", el("code", {}, fact(link.fact)), " → ", el("span", { class: "quiet" }, link.consumer))),
+  );
+}
+
+/** @param {PlanExplanation} explained */
+export function reasons({ makespan, waits, robots: recruited, actions }) {
+  return el(
+    "dl",
+    {},
+    el("dt", {}, "What determines the duration"),
+    [...makespan, ...waits.slice(0, MAX_WAITS).map((wait) => wait.words)].map((text) => el("dd", {}, text)),
+    Object.entries(recruited).map(([robot, text]) => [el("dt", {}, robot), el("dd", {}, text)]),
+    actions.map((action) => [
+      el("dt", {}, action.action),
+      [...action.because.slice(0, 1), ...Object.entries(action.robots).map((pair) => pair.join(": ")), ...action.order].map((text) => el("dd", {}, text)),
+    ]),
   );
 }
