@@ -66,12 +66,12 @@ class ScriptRunner:
         """Send scripts to their robots."""
         self.scripts += scripts
         for script in scripts:
-            self._send(script.robot, Performative.REQUEST, ScriptRequest(script=script))
+            self.tell(script.robot, Performative.REQUEST, ScriptRequest(script=script))
 
     def cancel(self, script: BehaviourScript) -> None:
         """Cancel a robot's script."""
         order = Control(script_id=script.id, verb=ControlVerb.CANCEL)
-        self._send(script.robot, Performative.CANCEL, order)
+        self.tell(script.robot, Performative.CANCEL, order)
 
     def run(
         self,
@@ -97,14 +97,18 @@ class ScriptRunner:
     def receive(self) -> None:
         """Process the messages that have arrived."""
         for message in self.simulation.link.receive():
-            body = message.body
-            if isinstance(body, Refusal):
-                self.refused[body.script_id] = body
-            if isinstance(body, PacketReport | ScriptReport):
-                self._send(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
-                if message.id not in self._seen:
-                    self._seen.add(message.id)
-                    self._record(body)
+            self.take(message)
+
+    def take(self, message: Message) -> None:
+        """Process a message that has arrived."""
+        body = message.body
+        if isinstance(body, Refusal):
+            self.refused[body.script_id] = body
+        if isinstance(body, PacketReport | ScriptReport):
+            self.tell(message.sender, Performative.CONFIRM, Receipt(), in_reply_to=message.id)
+            if message.id not in self._seen:
+                self._seen.add(message.id)
+                self._record(body)
 
     def _record(self, report: PacketReport | ScriptReport) -> None:
         if isinstance(report, ScriptReport):
@@ -124,11 +128,12 @@ class ScriptRunner:
             for script in self.scripts:
                 if any(packet_id in packet.after for packet in script.packets):
                     clearance = Clearance(script_id=script.id, ended=(packet_id,))
-                    self._send(script.robot, Performative.REQUEST, clearance)
+                    self.tell(script.robot, Performative.REQUEST, clearance)
 
-    def _send(
+    def tell(
         self, robot: str, performative: Performative, body: Body, in_reply_to: str | None = None
     ) -> None:
+        """Send a message to a robot, once."""
         self.simulation.link.send(
             Message(
                 performative=performative,

@@ -4,6 +4,7 @@ from math import hypot
 
 import pytest
 
+from benchmarks.embodiments import run
 from robots.wire import (
     Control,
     ControlVerb,
@@ -190,3 +191,10 @@ def test_a_mind_whose_lease_ends_rests_though_nobody_can_tell_it() -> None:
     assert trial.run(1.0) < 0.001
     assert agreed(trial.order(MindVerb.GO_ON, 1, lease_s=100.0)), "the lease is renewed"
     trial.finish()
+
+
+def test_the_main_job_comes_true_while_minds_move_and_the_power_fails() -> None:
+    ended = run(0.5, 1)
+    assert ended.succeeded, ended
+    assert ended.moves["embodied"] > 2
+    assert ended.failures > 0
