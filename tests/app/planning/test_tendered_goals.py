@@ -1,14 +1,20 @@
 """A goal put to tender, from its statement over the API to the end of its mission."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 
-from app.composition import Service
+from app.composition import RunningWorld, Service
+from app.domain.tender_document import Allocation
+from app.planning.goal_service import GoalRequest
+from app.planning.pool.pool import PlanningWorker
+from app.settings import Settings
 from app.store import ConversationRow
 from robots.wire import Performative
+from robots.world import WorldFile
 from tests.app.fake_robots import FakeRobot, FakeTeam
 from tests.databases import ON_BOTH
 from tests.waiting import ENDED, read_until, until
@@ -30,8 +36,13 @@ def declined(leg: str) -> list[tuple[Performative, str]]:
 
 @pytest.fixture
 def bidders(api: TestClient, team: FakeTeam) -> FakeTeam:
-    """yard_2 asks less than yard_1 for the first leg; store_2 alone bids for the second; the others decline."""
     team.faults.perceives = True
+    let_bid(team)
+    return team
+
+
+def let_bid(team: FakeTeam) -> None:
+    """yard_2 asks less than yard_1 for the first leg; store_2 alone bids for the second; the others decline."""
     costs = {("yard_1", "leg_1"): 60.0, ("yard_2", "leg_1"): 40.0, ("store_2", "leg_2"): 30.0}
     for robot in ("yard_1", "yard_2", "store_1", "store_2"):
         says = team.robots.setdefault(robot, FakeRobot()).says
@@ -39,7 +50,6 @@ def bidders(api: TestClient, team: FakeTeam) -> FakeTeam:
             cost_s = costs.get((robot, leg))
             says[f"leg({leg}"] = declined(leg) if cost_s is None else bid(leg, cost_s)
             says[f"award({leg}"] = [(Performative.INFORM, f"done({leg})")]
-    return team
 
 
 def tendered(api: TestClient, follow: Follow) -> dict[str, Any]:
@@ -140,3 +150,26 @@ def test_a_cancelled_goal_rejects_the_bids(api: TestClient, follow: Follow, bidd
     api.post(f"/v1/goals/{plan['goal_id']}:cancel", json={})
     until(lambda: outcomes(api, plan["id"])["leg_1", "yard_2"] == "rejected")
     until(lambda: bidders.robots["yard_2"].heard[-1][0] == "reject-proposal")
+
+
+def test_a_goal_that_robots_are_called_for_is_planned_after_a_restart_of_the_service(
+    tmp_path: Path, database_url: str, world_file: WorldFile, team: FakeTeam, worker: PlanningWorker
+) -> None:
+    settings = Settings(data=tmp_path, token="a-token-for-the-restart", database_url=database_url)
+
+    def started() -> Service:
+        world = RunningWorld(file=world_file, link=team.link, clock=team.clock, rate=None, run=team.run)
+        return Service(settings, [world], worker=worker)
+
+    with started() as service:
+        request = GoalRequest(
+            world=world_file.name, text="move sample_1 to bay_7", allocation=Allocation.CONTRACT_NET
+        )
+        goal_id = service.goals.submit(request, actor="operator").id
+        until(lambda: service.goals.get(goal_id).reason == "robots are called for proposals")
+    let_bid(team)
+    with started() as service:
+        until(lambda: service.goals.get(goal_id).state == "planned")
+        plan_id = service.goals.get(goal_id).plan_id
+        assert plan_id is not None
+        assert service.plans.get(plan_id).body["robots"] == ["store_2", "yard_2"]
