@@ -7,8 +7,9 @@ from rich.console import Console
 
 from app.cli.render import show_plan
 from app.domain.plan_document import DifferenceBody, PlanBody, RepairsBody
+from app.domain.tender_document import LegBody, TenderBody
 from planner.repair import Course
-from tests.app.sample_store import Store
+from tests.app.sample_store import Store, said
 
 STORE = Store()
 
@@ -80,3 +81,19 @@ def test_what_a_repaired_plan_differs_in_is_reported() -> None:
     repairs = RepairsBody(plan_id="plan-1", course=Course.MENDED, difference=difference)
     text = shown(plan.model_copy(update={"repairs": repairs}))
     assert f"Repairs plan-1 (mended): {words[0]} {words[1]}" in text
+
+
+def test_who_is_awarded_which_leg_and_why_is_shown() -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    leg = LegBody(
+        id="leg_1",
+        goal=said("in(sample_1, bay_7)"),
+        parts=(),
+        team=("yard_1",),
+        why="yard_1 asks 30 s, nobody else bids",
+    )
+    text = shown(plan.model_copy(update={"tender": TenderBody(legs=(leg,))}))
+    assert "leg_1, in(sample_1, bay_7), 0 bids: yard_1 asks 30 s, nobody else bids" in text
+    central = TenderBody(state="central", reason="no robot has answered the calls in time")
+    text = shown(plan.model_copy(update={"tender": central}))
+    assert "Planned without awards: no robot has answered the calls in time" in text
