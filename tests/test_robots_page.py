@@ -12,6 +12,7 @@ from robots.link.mqtt.contract_examples import example, examples
 TEXT = (Path(__file__).parent.parent / PAGE).read_text()
 BLOCKS = [json.loads(block) for block in re.findall(r"```json\n(.*?)```", TEXT, re.DOTALL)]
 OPTIONAL = {
+    "delegation_report",
     "fault_report",
     "mind_order",
     "mind_order_report",

@@ -5,10 +5,13 @@ The executive's part: which leg that is, and what it keeps of it. Whom it asks i
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from robots.executive.packet_run import PacketRun
 from robots.perception.percepts import GRIP, Percepts
 from robots.wire import OWN, BehaviourPacket, BehaviourScript, DelegableLeg, PacketState
+
+if TYPE_CHECKING:
+    from robots.executive.packet_run import PacketRun
 
 AWARDED = f"{OWN}:awarded:"
 """Begins the ids of the scripts by which a robot does legs of others."""
@@ -32,7 +35,7 @@ def is_awarded(script: BehaviourScript | None) -> bool:
 
 
 def to_delegate(
-    script: BehaviourScript, runs: Sequence[PacketRun], failed: PacketRun, percepts: Percepts | None
+    script: BehaviourScript, runs: "Sequence[PacketRun]", failed: "PacketRun", percepts: Percepts | None
 ) -> DelegableLeg | None:
     """The leg whose packet has failed, if another robot can begin it; None if there is none.
 

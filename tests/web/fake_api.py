@@ -178,6 +178,8 @@ def add_goals(app: FastAPI, service: FakeService) -> None:
     @app.post("/v1/plans/{plan_id}:{verb}", dependencies=v1)
     def decide(plan_id: str, verb: str, body: dict[str, Any]) -> Any:
         service.decisions.append((plan_id, verb, body["comment"]))
+        if body.get("delegate"):
+            service.decisions.append((plan_id, "delegate", ""))
         if verb == "approve":
             return JSONResponse(service.approve(plan_id), 202)
         service.plans[plan_id] |= {"state": "rejected", "comment": body["comment"]}

@@ -78,9 +78,20 @@ def test_an_approval_names_the_robots_that_will_move_and_can_be_thought_better_o
     expect(dialog).to_have_count(0)
     assert service.decisions == []
     plan.keyboard.press("a")
+    expect(dialog).to_be_visible()
     plan.keyboard.press("Enter")
     expect(plan.get_by_test_id("mission-state")).to_have_text("running")
     assert [decision[:2] for decision in service.decisions] == [("plan-1", "approve")]
+
+
+def test_an_approval_may_let_robots_out_of_contact_do_legs_of_each_other(
+    plan: Page, service: FakeService
+) -> None:
+    plan.get_by_test_id("plan-approve").click()
+    plan.get_by_test_id("plan-delegate").check()
+    plan.get_by_test_id("plan-confirm").click()
+    expect(plan.get_by_test_id("mission-state")).to_have_text("running")
+    assert [decision[:2] for decision in service.decisions] == [("plan-1", "approve"), ("plan-1", "delegate")]
 
 
 def test_keys_that_decide_are_letters_where_something_is_written(plan: Page, service: FakeService) -> None:

@@ -402,6 +402,10 @@ class Speaking:
     def tell_service(self, report: SpeechReport) -> None:
         self.fleet.tell(self.robot, report)
 
+    @property
+    def delegated(self) -> None:
+        """It puts no leg to others."""
+
     def offer(self, leg: BehaviourScript, *, promised_s: float) -> Offer | Declined:
         return Declined(reason=Declining.FAULT, words=f"{self.robot.name} has no body for {leg.id}")
 
