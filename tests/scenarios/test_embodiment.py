@@ -6,10 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
+from fastapi.testclient import TestClient
 
 from app.domain.lifecycles.embodiment import OPEN
+from app.planning.pool.pool import PlanningWorker
+from tests.mosquitto import mosquitto, needs_mosquitto
 from tests.scenarios.killing import kill_family, process_of_the_world
-from tests.scenarios.serving import macta_serve
+from tests.scenarios.services import AUTHORISED, over_broker
+from tests.scenarios.serving import macta_fleet, macta_serve
 from tests.waiting import in_state, read_until
 
 SPEED = ("--speed", "8")
@@ -52,3 +56,28 @@ def test_minds_move_during_a_mission_though_service_and_world_are_killed(tmp_pat
         assert ended["state"] == "completed", ended
         done = [one for robot in ended["progress"] for one in robot["packets"]]
         assert {one["state"] for one in done} == {"finished"}
+
+
+@needs_mosquitto
+def test_a_mind_moves_over_the_broker_though_the_fleet_that_has_both_bodies_is_killed(
+    tmp_path: Path, worker: PlanningWorker
+) -> None:
+    fleet = (tmp_path / "fleet", "--speed", "8", "--world", "sample_store")
+    with (
+        mosquitto(tmp_path / "broker") as broker,
+        over_broker(tmp_path / "service", worker, broker.url) as service,
+        TestClient(service.api, headers=AUTHORISED) as api,
+    ):
+        with macta_fleet(*fleet, "--broker", broker.url) as first:
+            goal = api.post("/v1/goals", json={"text": "send yard_1 to door_2", "auto_approve": True}).json()[
+                "id"
+            ]
+            mission = f"/v1/missions/{in_state(api, f'/v1/goals/{goal}', 'committed')['mission_id']}"
+            in_state(api, mission, "running")
+            api.post("/v1/robots/yard_1:embody", json={"body": "avatar"}).raise_for_status()
+            kill_family(first.pid)
+            first.wait()
+        with macta_fleet(*fleet, "--broker", broker.url):
+            assert moved(api, "yard_1", "avatar")["state"] == "embodied"
+            ended = in_state(api, mission, "completed", "failed")
+            assert ended["state"] == "completed", ended

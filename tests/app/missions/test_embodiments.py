@@ -145,8 +145,7 @@ def test_a_robot_that_cannot_be_asked_is_not_moved_before_its_lease_has_run_out(
     assert (renewed["lease_s"], renewed["fence"]) == (20.0, 1)
     until(lambda: len(team.robots[ROBOT].orders) > 2)
     team.faults.silent.add(ROBOT)
-    move(api, "velocity").raise_for_status()
-    left = api.get(EMBODIMENT).json()
+    left = move(api, "velocity").raise_for_status().json()
     assert left["attempts"][0]["state"] == "requested"
     moving = read_until(api, EMBODIMENT, lambda one: one["attempts"][0]["state"] != "requested")
     assert service.clocks["sample_store"].now_s() > left["lease_until_s"]
