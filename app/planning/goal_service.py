@@ -364,9 +364,12 @@ class GoalService:
                 thing="then",
                 span=span_of(request.text or "", "then"),
             )
+        said, asked = stated.constraints, request.constraints
+        if said.robots and asked.robots:  # those that both allow: roles are robots from now on
+            said, asked = said.of_robots(world), asked.of_robots(world)
         return replace(
             stated,
-            constraints=stated.constraints.and_also(request.constraints),
+            constraints=said.and_also(asked),
             holds=(*stated.holds, *holds),
         )
 

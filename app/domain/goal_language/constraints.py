@@ -100,15 +100,15 @@ class Constraints(BaseModel):
             *((f"only with robots of {joined(least, last='and')}",) if least else ()),
         )
 
+    def of_robots(self, world: WorldFile) -> "Constraints":
+        """The same with the robots that play it now in place of each role."""
+        named = {"robots": robots_for(self.robots, world), "without": robots_for(self.without, world)}
+        return self.model_copy(update=named)
+
     def in_world(self, world: WorldFile, numbers: Numbers | None = None) -> "AppliedConstraints":
         """The constraints on the robots and places of this world, and those of its zones to keep out of."""
         areas = tuple(zone.name for zone in world.zones_of(ZoneRule.KEEP_OUT))
-        of_robots = self.model_copy(
-            update={
-                "robots": robots_for(self.robots, world),
-                "without": robots_for(self.without, world),
-            }
-        )
+        of_robots = self.of_robots(world)
         return AppliedConstraints(
             excluded=frozenset(
                 robot.name for robot in world.robots if not of_robots._allows(robot.name, numbers)

@@ -86,7 +86,8 @@ def understand(
     first = _read(text, known, References(world=world, facts=facts), times, taken)
     if isinstance(first, Clarification):
         return first
-    applied = first.constraints.and_also(beside).and_also(kept_by(first.holds)).in_world(world)
+    within = first.constraints.of_robots(world).and_also(beside.of_robots(world))
+    applied = within.and_also(kept_by(first.holds)).in_world(world)
     if applied == NOTHING_WITHHELD:
         return first
     # Constraints may stand after the choices that they limit: read again, with all of them known.

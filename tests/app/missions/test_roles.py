@@ -129,6 +129,11 @@ def test_a_goal_that_names_a_role_is_for_whoever_plays_it_when_it_is_planned(
     plan = api.get(f"/v1/plans/{follow(goal, 'planned')['plan_id']}").json()
     assert plan["goals"] == [{"predicate": "near", "args": ["yard_2", "door_2"]}]
 
+    give(api, "store_2").raise_for_status()
+    both = {"text": "send yard_2 to door_1 with guards", "constraints": {"robots": ["yard_2", "store_1"]}}
+    agreed = api.post("/v1/goals:check", json=both).raise_for_status().json()["constraints"]
+    assert set(agreed["robots"]) - {*agreed["without"]} == {"yard_2"}, "those that both allow"
+
     limited = {
         "goal": [{"predicate": "near", "args": ["store_1", "bay_1"]}],
         "constraints": {"without": ["guard"]},
