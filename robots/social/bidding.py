@@ -58,10 +58,19 @@ class Bidding:
     """The bids that one robot has made and that are not answered, and the legs that it was awarded."""
 
     def __init__(
-        self, name: str, conversations: Conversations, answer: Callable[[Heard, Reply], None]
+        self,
+        name: str,
+        conversations: Conversations,
+        answer: Callable[[Heard, Reply], None],
+        *,
+        takes_legs: bool = True,
     ) -> None:
-        """:param answer: says something later in the conversation of what was heard."""
+        """
+        :param answer: says something later in the conversation of what was heard.
+        :param takes_legs: it does legs of other robots that they award to it.
+        """
         self._name = name
+        self._takes_legs = takes_legs
         self._conversations = conversations
         self._answer = answer
         self._bids: OrderedDict[str, _Bid] = OrderedDict()
@@ -159,6 +168,8 @@ class Bidding:
     def _take_up(self, script: BehaviourScript, heard: Heard, robot: Situated) -> str | None:
         """Begin another robot's leg, or return the reason against it."""
         percepts = robot.percepts
+        if not self._takes_legs:
+            return f"{self._name} does no legs of other robots"
         if not script.id.startswith(f"{AWARDED}{heard.sender}:") or script.robot != self._name:
             return f"{script.id} is no script of {heard.sender} for {self._name}"
         if percepts is None:

@@ -55,10 +55,17 @@ class SocialLevel:
     """Speaks for one robot. Implements `robots.executive.society.Society`."""
 
     def __init__(
-        self, name: str, clock: Clock, *, abilities: Iterable[str] = (), round_trip_s: float = 0.0
+        self,
+        name: str,
+        clock: Clock,
+        *,
+        abilities: Iterable[str] = (),
+        round_trip_s: float = 0.0,
+        takes_legs: bool = True,
     ) -> None:
         """
         :param abilities: what the robot says that it can do, if it is asked.
+        :param takes_legs: it does legs that other robots award to it.
         :param round_trip_s: the longest travel time of a message to another robot and its answer together.
         """
         self.name = name
@@ -72,7 +79,7 @@ class SocialLevel:
         self._outbox: list[Message] = []
         self._listener: Listener = lambda heard: False
         self._clearance = PeerClearance(self.say)
-        self._bidding = Bidding(name, self.conversations, self._answer_later)
+        self._bidding = Bidding(name, self.conversations, self._answer_later, takes_legs=takes_legs)
         self._bidding.register(self.on)
         self._delegating = Delegating(name, clock, self)
         self._persons = PersonsRequests(name, self._answer_later, self._is_open)

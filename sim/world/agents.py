@@ -12,7 +12,7 @@ from robots.physical.body import ALL_SENSORS
 from robots.physical.profile import Architecture, Area, BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, load_repertoire, read_repertoire
 from robots.social import RuleSpeech, SocialLevel
-from robots.world import Zone, ZoneRule
+from robots.world import DELEGATION, Zone, ZoneRule
 from sim.world.agent import AgentFactory, AgentSetup
 
 
@@ -64,7 +64,13 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         round_trip_s=setup.round_trip_s,
     )
     society = (
-        SocialLevel(spec.name, setup.clock, abilities=spec.repertoire, round_trip_s=setup.peer_round_trip_s)
+        SocialLevel(
+            spec.name,
+            setup.clock,
+            abilities=spec.repertoire,
+            round_trip_s=setup.peer_round_trip_s,
+            takes_legs=spec.speaks is None or DELEGATION in spec.speaks,
+        )
         if setup.speaks
         else None
     )

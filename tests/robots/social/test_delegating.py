@@ -44,7 +44,8 @@ REPORTS = (DelegationReport, PacketReport, ScriptReport, UpkeepReport)
 class Field:
     """Robots in a room that hear each other, and a service that hears them only while it is in reach."""
 
-    def __init__(self, *names: str, seed: int = 0) -> None:
+    def __init__(self, *names: str, seed: int = 0, alone: Sequence[str] = ()) -> None:
+        """:param alone: robots that do no legs of others."""
         self.world = room({"sample_1": DOOR}, seed=seed)
         homes = {
             f"home_{name}": BeaconSpec(x_m=x_m, y_m=2.9, approach_rad=(SOUTH,)) for name, x_m in HOMES.items()
@@ -52,6 +53,7 @@ class Field:
         self.world.beacons = {**self.world.beacons, **homes}
         self.in_reach = False
         self.mute: set[str] = set()
+        self.alone = frozenset(alone)
         self.heard: dict[str, Message] = {}
         self.said: list[Message] = []
         self.ends: dict[str, InMemoryLink] = {}
@@ -81,7 +83,7 @@ class Field:
             link=self._links[name],
             clock=self.world.clock,
             memory=memory,
-            society=SocialLevel(name, self.world.clock),
+            society=SocialLevel(name, self.world.clock, takes_legs=name not in self.alone),
         )
 
     def restart(self, name: str) -> None:
@@ -316,6 +318,18 @@ def test_a_missions_script_waits_for_the_end_of_an_awarded_leg_and_is_not_lost()
     assert field.end.state is ScriptState.FINISHED, field.end.detail
     field.go_on(30.0)
     assert field.world.agents["ginger"].memory().mind.executive.states["another"] is ScriptState.FINISHED
+
+
+def test_a_robot_that_does_no_legs_of_others_is_awarded_none() -> None:
+    field = Field("fred", "ginger", alone=["ginger"])
+    field.world.bodies["fred"].jammed = True
+    field.order(mission("ginger"))
+    assert field.until(200.0)
+    told = [DelegationState.AWARDED, DelegationState.FAILED, DelegationState.NOT_TAKEN]
+    assert field.told == told
+    assert "ginger does no legs of other robots" in field.delegations[1].detail
+    states = field.world.agents["ginger"].memory().mind.executive.states
+    assert not any(name.startswith(AWARDED) for name in states)
 
 
 def test_those_that_wait_for_the_leg_are_told_of_its_end() -> None:
