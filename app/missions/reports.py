@@ -448,6 +448,8 @@ class MissionReports:
                 self._contradictions.note(session, subject.mission, subject.scripts)
             self._actions_ended(session, [*elsewhere, *unreported], report.at_s, subject)
         else:
+            if elsewhere:  # the report that they are done may come later, and then tells nothing new
+                self._actions_ended(session, elsewhere, report.at_s, subject)
             self._beliefs.reconcile(session, report, script, subject.mission)
         self._events.append(
             session,

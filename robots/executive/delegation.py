@@ -40,7 +40,8 @@ def to_delegate(
     """The leg whose packet has failed, if another robot can begin it; None if there is none.
 
     The robot holds nothing and has moved nothing of it: none of the leg's packets that have ended moves the jaws. What
-    fails because it has waited for other robots in vain would fail for another robot, too.
+    fails because it has waited for other robots in vain would fail for another robot, too. What the other takes or
+    notices reaches nobody: it reports no packets, so none of the leg brings results or tells facts by its events.
     """
     leg = next((one for one in script.delegable if failed.packet.id in one.packets), None)
     if leg is None or percepts is None:
@@ -48,7 +49,8 @@ def to_delegate(
     holds = percepts.holding if percepts.data.holds(GRIP) else percepts.last_held
     ended = [run for run in runs if run.packet.id in leg.packets and run.state is PacketState.FINISHED]
     has_waited = not failed.has_begun and bool(failed.packet.awaits or failed.packet.after)
-    if holds is not None or has_waited or any(run.moves_jaws for run in ended):
+    is_told = any(run.content.results or run.packet.events for run in runs if run.packet.id in leg.packets)
+    if holds is not None or has_waited or is_told or any(run.moves_jaws for run in ended):
         return None
     return leg
 

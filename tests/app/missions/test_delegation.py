@@ -60,9 +60,11 @@ class Delegated(Mission):
         )
         return self.services.record(self.message(script, report))
 
-    def ends(self, robot: str, at_s: float, **done_by: str) -> None:
+    def ends(
+        self, robot: str, at_s: float, state: ScriptState = ScriptState.FINISHED, **done_by: str
+    ) -> None:
         script = self.script(robot)
-        report = ScriptReport(script_id=script.id, state=ScriptState.FINISHED, at_s=at_s, done_by=done_by)
+        report = ScriptReport(script_id=script.id, state=state, at_s=at_s, done_by=done_by)
         assert self.services.record(self.message(script, report))
 
     def stores(self, from_s: float) -> None:
@@ -163,6 +165,14 @@ def test_reports_of_the_others_may_come_first(mission: Delegated) -> None:
     mission.services.life.monitor(mission.id)
     found = mission.services.mission(mission.id)
     assert (found.state, found.contradictions) == ("completed", []), found.reason
+
+
+def test_what_another_has_done_of_a_script_that_then_fails_has_its_effects(mission: Delegated) -> None:
+    done_by = {packet["id"]: "yard_2" for packet in mission.script("yard_1").body["packets"][1:]}
+    mission.ends("yard_1", 95.0, ScriptState.FAILED, **done_by)
+    assert mission.facts >= {"in(sample_1, interchange_2)", "vacant(door_1)"}
+    assert mission.tells(DelegationState.DONE, 91.0), "sent before, it arrives later"
+    assert mission.facts >= {"in(sample_1, interchange_2)", "near(yard_2, home_yard_2)"}
 
 
 def test_the_monitor_waits_for_the_other_robot(mission: Delegated) -> None:

@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 
@@ -12,6 +13,7 @@ from robots.executive.memory import RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose
 from robots.physical.profile import BeaconSpec, RobotProfile
+from robots.repertoire import Repertoire, read_repertoire, store_packets
 from robots.social import SocialLevel
 from robots.wire import (
     BehaviourScript,
@@ -34,18 +36,46 @@ from robots.wire import (
 )
 from robots.wire import Body as Content
 from tests.robots.fake_world import FakeBody
-from tests.robots.stories import NORTH, SOUTH, carry, packet, room, script
+from tests.robots.stories import NORTH, SOUTH, carry, fact, packet, room, script
 
 HOMES = {"fred": 1.2, "ginger": 2.4, "basil": 3.6}
+TAGS = ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2")
 DOOR = complex(1.0, 0.4)
 REPORTS = (DelegationReport, PacketReport, ScriptReport, UpkeepReport)
+
+LOOK = """
+tag: LOOK
+about: Looks at a place.
+arguments: [ref]
+places: [ref]
+patterns:
+  - name: rest
+    dof: translate
+    level: task
+    stimulus: {sense: always}
+    r: {form: constant, value: 0}
+    u: {form: constant, value: 1}
+after: [{sense: elapsed, s: 0.5}]
+"""
 
 
 class Field:
     """Robots in a room that hear each other, and a service that hears them only while it is in reach."""
 
-    def __init__(self, *names: str, seed: int = 0, alone: Sequence[str] = ()) -> None:
-        """:param alone: robots that do no legs of others."""
+    def __init__(
+        self,
+        *names: str,
+        seed: int = 0,
+        alone: Sequence[str] = (),
+        packets: Repertoire | None = None,
+        lost: Sequence[str] = (),
+    ) -> None:
+        """
+        :param alone: robots that do no legs of others.
+        :param lost: robots whose homes are not on their maps.
+        """
+        self.lost = frozenset(lost)
+        self.packets = packets
         self.world = room({"sample_1": DOOR}, seed=seed)
         homes = {
             f"home_{name}": BeaconSpec(x_m=x_m, y_m=2.9, approach_rad=(SOUTH,)) for name, x_m in HOMES.items()
@@ -72,10 +102,11 @@ class Field:
             beacons={
                 place: spec
                 for place, spec in self.world.beacons.items()
-                if not place.startswith("home_") or place == f"home_{name}"
+                if not place.startswith("home_") or (place == f"home_{name}" and name not in self.lost)
             },
             others=tuple(one for one in self.ends if one != name),
             home=f"home_{name}",
+            repertoire=(*TAGS, *(() if self.packets is None else ("LOOK",))),
         )
         self.world.agents[name] = BehaviouralAgent(
             profile=profile,
@@ -83,6 +114,7 @@ class Field:
             link=self._links[name],
             clock=self.world.clock,
             memory=memory,
+            repertoire=self.packets,
             society=SocialLevel(name, self.world.clock, takes_legs=name not in self.alone),
         )
 
@@ -230,6 +262,24 @@ def test_what_is_not_granted_or_begun_with_the_sample_in_its_jaws_is_not_put_to_
         while field.world.bodies["fred"].held is None:
             field.tick()
         field.world.bodies["fred"].stuck = True
+    assert field.until(300.0)
+    assert field.end is not None
+    assert (field.end.state, field.said) == (ScriptState.FAILED, [])
+
+
+@pytest.mark.parametrize("brings", ["results: [{reading: light_lx, unit: lx, of: $ref}]", "events"])
+def test_a_leg_whose_packets_are_to_bring_something_is_not_put_to_others(tmp_path: Path, brings: str) -> None:
+    look_file = tmp_path / "look.yaml"
+    look_file.write_text(LOOK if brings == "events" else LOOK + brings)
+    field = Field("fred", "ginger", packets=read_repertoire((*store_packets(), look_file)))
+    field.world.bodies["fred"].jammed = True
+    look = packet("LOOK", ref="yard")
+    if brings == "events":
+        look = look.model_copy(update={"events": {"seen": (fact("in(sample_1, yard)"),)}})
+    one = mission("ginger")
+    (leg,) = one.delegable
+    legs = (leg.model_copy(update={"packets": (*leg.packets, look.id)}),)
+    field.order(one.model_copy(update={"packets": (*one.packets, look), "delegable": legs}))
     assert field.until(300.0)
     assert field.end is not None
     assert (field.end.state, field.said) == (ScriptState.FAILED, [])
