@@ -70,10 +70,14 @@ class EditionDelivery:
         number = (int(asked) if asked.isdecimal() else 0) if refused else answer.edition
         if number > self._worlds.edition(self._world).number:
             return  # one that there is not
-        self._record(number, at_s=message.sent_at_s, refused=refused, reason=answer.reason)
+        taken_up = min(answer.edition, number - 1) if refused else number
+        self._record(number, at_s=message.sent_at_s, taken_up=taken_up, reason=answer.reason)
 
-    def _record(self, number: int, *, at_s: float, refused: bool = False, reason: str = "") -> None:
-        """Record that the world has taken up all editions up to this one, or refused this one."""
+    def _record(self, number: int, *, at_s: float, taken_up: int | None = None, reason: str = "") -> None:
+        """Record that the world has taken up all editions up to this one.
+
+        :param taken_up: the last one of them that it has; it refuses what came after. None: all.
+        """
         self._told = max(self._told, number)
         pending = (EditionRow.world == self._world, EditionRow.delivery == "pending")
         with self._database.write() as session:
@@ -81,11 +85,9 @@ class EditionDelivery:
                 select(EditionRow).where(*pending, EditionRow.edition <= number).order_by(EditionRow.edition)
             )
             for row in session.scalars(query.with_for_update()).all():
-                is_refused = refused and row.edition == number
-                if refused and not is_refused:
-                    continue
+                is_refused = taken_up is not None and row.edition > taken_up
                 row.delivery = "refused" if is_refused else "taken_up"
-                row.detail = reason
+                row.detail = reason if is_refused or taken_up is None else ""
                 told = (
                     WorldChangeRefused(subject=self._world, edition=row.edition, reason=reason)
                     if is_refused

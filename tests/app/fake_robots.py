@@ -154,6 +154,8 @@ class FakeTeam:
         """What robots were told of their factsheets, in order."""
         self.editions: list[int] = []
         """Those that the world was told of, in order."""
+        self.edition = 0
+        """The one that the world has taken up."""
         self._unconfirmed: dict[str, tuple[float, Message]] = {}
         self._held_back: list[tuple[float, Message]] = []
         self.brings: dict[str, tuple[PacketResult, ...]] = {}
@@ -267,7 +269,8 @@ class FakeTeam:
         if isinstance(message.body, WorldChange):
             self.editions.append(message.body.edition)
             refused = self.faults.world_refuses
-            taken = WorldEdition(edition=message.body.edition, reason="it cannot be made" if refused else "")
+            self.edition = self.edition if refused else message.body.edition
+            taken = WorldEdition(edition=self.edition, reason="it cannot be made" if refused else "")
             performative = Performative.REFUSE if refused else Performative.AGREE
             self._far.send(self._message(WORLD, performative, taken, message.id))
 

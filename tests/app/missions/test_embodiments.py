@@ -121,6 +121,21 @@ def test_a_mind_goes_on_in_its_former_body_if_the_world_refuses_the_other(
     assert verbs(team) == [(MindVerb.REST, 1), (MindVerb.GO_ON, 1)]
 
 
+def test_a_refused_edition_ends_the_moves_of_those_before_that_it_contains(
+    api: TestClient, team: FakeTeam
+) -> None:
+    team.faults.silent.add(WORLD)
+    team.faults.world_refuses = True
+    move(api, "wheeled").raise_for_status()
+    ended(api, "moving")
+    edit = {"edit": "change_robot", "name": "yard_2", "speaks": []}
+    api.post(CHANGES, json={"edits": [edit], "reason": "it is told before the first"}).raise_for_status()
+    team.faults.silent.discard(WORLD)
+    assert ended(api, "returning", "returned")["reason"] == "it cannot be made"
+    told = {one["edition"]: one["delivery"] for one in api.get(CHANGES).json()["items"]}
+    assert (told[1], told[2]) == ("refused", "refused")
+
+
 def test_a_move_that_is_only_requested_is_withdrawn_by_the_present_body(
     api: TestClient, team: FakeTeam
 ) -> None:
