@@ -460,8 +460,9 @@ def _as_refusal(message: Message) -> Message:
     kind, _, version = request.partition(":")
     body: TuningReport | RulesReport | MindOrderReport | Refusal
     fence, _, verb = version.partition(":")
-    if kind == MIND and fence.isdecimal() and len(fence) < MAX_DIGITS and verb == MindVerb.REST:
-        body = MindOrderReport(verb=MindVerb.REST, fence=int(fence), reason=reason)
+    verb = verb.partition(":")[0]  # of an order to go on, a lease may follow
+    if kind == MIND and fence.isdecimal() and len(fence) < MAX_DIGITS and verb in tuple(MindVerb):
+        body = MindOrderReport(verb=MindVerb(verb), fence=int(fence), reason=reason)
     elif kind in (TUNING, RULES) and version.isdecimal() and len(version) < MAX_DIGITS:
         answer = TuningReport if kind == TUNING else RulesReport
         body = answer(version=int(version), reason=reason)

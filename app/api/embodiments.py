@@ -74,7 +74,8 @@ def embodiments_router(embodiments: EmbodimentService) -> APIRouter:
 
     @router.post("/robots/{name}:embody", status_code=202, responses=declared(409))
     def embody(name: Id, body: Embody) -> EmbodimentBody:
-        """Move the robot's mind into another body, while it works, too; the present body withdraws a move.
+        """Move the robot's mind into another body, while it works, too; the present body withdraws a move, or changes
+        its lease.
 
         It comes to rest at a safe point, gets the body by an edition of the world, and goes on with its script,
         beliefs, commitments, conversations, tuning and rules (events `embodiment.*`).

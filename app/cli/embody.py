@@ -38,6 +38,10 @@ def embody(
         moved = answer_of(service, "GET", f"{path}/embodiment")
     if moved["body"]["kind"] != body:
         raise Invalid(f"{_words(moved)}: {_newest(moved).get('reason') or 'it was moved again meanwhile'}")
+    if lease_s is not None and moved["lease_s"] != lease_s:
+        raise Invalid(
+            f"{_words(moved)}: the lease is not in force, {_newest(moved).get('reason') or 'try again'}"
+        )
     return _words(moved)
 
 

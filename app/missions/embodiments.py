@@ -6,24 +6,27 @@ step is recorded before it is told, and told until it is answered; the fencing n
 those of earlier ones.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import ValidationError
 from sqlalchemy import func, or_, select, tuple_
 from sqlalchemy.orm import Session
 
 from app.agents.tuning import robot_and_world
 from app.core import Core
 from app.domain.errors import Conflict, MactaError
-from app.domain.events import EmbodimentChanged
 from app.domain.lifecycles.embodiment import GOES_ON_AS, OPEN, EmbodimentState, become, is_open
 from app.domain.world_model import initial_support
 from app.domain.world_model.beliefs import occupants
 from app.domain.world_model.edits import ChangeRobot
+from app.missions.embodiment_record import has_body, newest_move, tell_of_move
 from app.missions.world_changes import WorldChanges
 from app.store import EditionRow, EmbodimentRow, MissionRow
 from app.store.editions import WorldDirectory
+from app.store.engine import is_unavailable
 from app.store.records import lock_running_missions
 from app.store.tables import utc_now
 from robots.clock import Clock
@@ -37,6 +40,10 @@ LEASE_MARGIN_S = 2.0
 """How long after its end a lease counts as over here: the robot's clock may be behind (our choice)."""
 KEPT = 50
 """Attempts that are shown, newest first."""
+_OF_THE_WORLD = (EmbodimentState.REQUESTED, EmbodimentState.MOVING)
+"""States whose next step may change the world; the others' steps need the row alone."""
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,7 +51,7 @@ class RobotEmbodiment:
     """The body that a robot's mind is in.
 
     :param body: its specification as in a world file. :param fence: of the newest move, 0: there was none.
-    :param since: when it got the body; None: it has had it from the start, or an edition has exchanged it at rest.
+    :param since: when a move brought it there; None: it has had it from the start, or an edition exchanged it at rest.
     :param lease_s: how long it may act without hearing of the service; None: without end.
     :param lease_until_s: until when it may act now, by the world's clock.
     :param attempts: the moves, newest first.
@@ -92,7 +99,7 @@ class EmbodimentService:
         self, robot: str, body: BodySpec, *, lease_s: float | None = None, actor: str, comment: str = ""
     ) -> RobotEmbodiment:
         """Move the robot's mind into another body, or leave it where it is: that withdraws a move that has only been
-        requested. Repeated, it changes nothing.
+        requested, or else gives the mind this lease. Repeated, it changes nothing.
 
         :param lease_s: how long the robot may act in that body without hearing of the service; None: without end.
         :raises Invalid: if the robot cannot have the body.
@@ -104,16 +111,18 @@ class EmbodimentService:
             self._core.facts.lock(session, world)
             self._worlds.read(session)
             spec, _ = robot_and_world(self._worlds, robot)
-            newest = self._newest(session, world, robot)
+            newest = newest_move(session, world, robot)
+            moves = body != spec.body
             if newest is not None and is_open(newest):
-                self._meet(session, newest, spec, body)
-            elif body != spec.body:
+                self._meet(session, newest, spec, body, lease_s)
+            elif moves or lease_s != (None if newest is None else newest.lease_s):
                 self._refuse_unfit(session, self._worlds[world], spec, body)
                 row = EmbodimentRow(
                     world=world,
                     robot=robot,
                     fence=1 if newest is None else newest.fence + 1,
-                    state=EmbodimentState.REQUESTED,
+                    # Another lease alone needs no rest: the robot is told to go on under it.
+                    state=EmbodimentState.REQUESTED if moves else EmbodimentState.GOING_ON,
                     reason="",
                     body=body.model_dump(mode="json"),
                     former=spec.body.model_dump(mode="json"),
@@ -121,8 +130,10 @@ class EmbodimentService:
                     actor=actor,
                     comment=comment,
                 )
+                if not moves:
+                    self._promise(row)
                 session.add(row)
-                self._tell(session, row)
+                tell_of_move(session, self._core.events, row)
             session.flush()
             return self._embodiment(session, world, spec)
 
@@ -140,13 +151,17 @@ class EmbodimentService:
         )
         with self._core.database.read() as session:
             rows = session.scalars(query).all()
-            has_steps = any(self._has_step(session, row) for row in rows)
-        if has_steps:
-            with self._core.database.write() as session:
-                lock_running_missions(session, world)
-                self._core.facts.lock(session, world)
-                for row in session.scalars(query.with_for_update()).all():
-                    self._step(session, row)
+            steps = [row for row in rows if self._has_step(session, row)]
+        for row in steps:
+            try:
+                with self._core.database.write() as session:
+                    if (locked := self._locked(session, row)) is not None:
+                        self._step(session, locked)
+            except Exception as error:  # one robot's move keeps nothing from the others
+                if is_unavailable(error):
+                    raise
+                logger.exception("the move of %s's mind, %s, cannot go on", row.robot, row.state)
+        if steps:
             with self._core.database.read() as session:
                 rows = session.scalars(query).all()
         self._leased[world] = any(row.lease_s is not None for row in rows)
@@ -161,10 +176,8 @@ class EmbodimentService:
     ) -> None:
         """Record that the robot's mind rests, or goes on, or why it does not."""
         with self._core.database.write() as session:
-            lock_running_missions(session, world)
-            self._core.facts.lock(session, world)
-            row = session.get(EmbodimentRow, (world, robot, report.fence), with_for_update=True)
-            if row is None:
+            row = session.get(EmbodimentRow, (world, robot, report.fence))
+            if row is None or (row := self._locked(session, row)) is None:
                 return
             agreed = performative is Performative.AGREE
             if report.verb is MindVerb.REST and row.state == EmbodimentState.REQUESTED:
@@ -176,11 +189,40 @@ class EmbodimentService:
                 row.lease_told_s = report.lease_until_s
                 if row.state in GOES_ON_AS:
                     self._become(session, row, GOES_ON_AS[row.state])
+            elif report.verb is MindVerb.GO_ON and newest_move(session, world, robot) is row:
+                row.lease_s = row.lease_until_s = row.lease_told_s = None  # else it would be told for ever
+                logger.warning("%s does not go on as move %d says: %s", robot, row.fence, report.reason)
+                if row.state in GOES_ON_AS:
+                    stays = row.body == row.former
+                    self._become(
+                        session,
+                        row,
+                        EmbodimentState.RETURNED if stays else GOES_ON_AS[row.state],
+                        report.reason if stays else "",
+                    )
 
-    def _meet(self, session: Session, row: EmbodimentRow, spec: RobotSpec, body: BodySpec) -> None:
+    def _locked(self, session: Session, row: EmbodimentRow) -> EmbodimentRow | None:
+        """The row as it is now, locked; before it the world, if its next step may change that. None: it was dropped."""
+        if row.state in _OF_THE_WORLD:
+            lock_running_missions(session, row.world)
+            self._core.facts.lock(session, row.world)
+        key = (row.world, row.robot, row.fence)
+        return session.get(EmbodimentRow, key, with_for_update=True, populate_existing=True)
+
+    def _meet(
+        self,
+        session: Session,
+        row: EmbodimentRow,
+        spec: RobotSpec,
+        body: BodySpec,
+        lease_s: float | None,
+    ) -> None:
         """Handle a request while a move is under way."""
         wanted = body.model_dump(mode="json")
-        if row.state != EmbodimentState.RETURNING and wanted == row.body:
+        if row.state in _OF_THE_WORLD and wanted == row.body:
+            row.lease_s = lease_s  # the robot has not been told of one yet
+            return
+        if row.state == EmbodimentState.GOING_ON and (wanted, lease_s) == (row.body, row.lease_s):
             return
         if row.state == EmbodimentState.REQUESTED and wanted == row.former:
             self._become(session, row, EmbodimentState.RETURNING, "withdrawn")
@@ -241,29 +283,43 @@ class EmbodimentService:
         match row.state:
             case EmbodimentState.REQUESTED:
                 self._exchange(session, row)
-            case EmbodimentState.MOVING if self._delivery(session, row) == "taken_up":
-                self._promise(row)
-                self._become(session, row, EmbodimentState.GOING_ON)
             case EmbodimentState.MOVING:
-                edition = session.get_one(EditionRow, (row.world, row.edition))
-                self._take_back(session, row)
-                self._become(session, row, EmbodimentState.RETURNING, edition.detail)
+                self._end_exchange(session, row)
             case _:
                 self._promise(row)
+
+    def _end_exchange(self, session: Session, row: EmbodimentRow) -> None:
+        """Have a mind go on in the other body if the world has it by now."""
+        self._worlds.read(session)
+        if not has_body(self._worlds[row.world], row):
+            reason = f"edition {self._worlds.edition(row.world).number} of the world gives it another body"
+            self._become(session, row, EmbodimentState.RETURNING, reason)
+        elif self._delivery(session, row) == "taken_up":
+            self._promise(row)
+            self._become(session, row, EmbodimentState.GOING_ON)
+        else:
+            reason = session.get_one(EditionRow, (row.world, row.edition)).detail
+            try:
+                self._take_back(session, row)
+            except (MactaError, ValidationError) as error:
+                reason = f"{reason}; the record still has that body: {_words(error)}"
+            self._become(session, row, EmbodimentState.RETURNING, reason)
 
     def _exchange(self, session: Session, row: EmbodimentRow) -> None:
         """Have the world exchange the body of a robot whose mind rests; if that is not possible any more, the mind is
         told to go on as it was.
         """
         self._worlds.read(session)
-        body = ChangeRobot.model_validate({"name": row.robot, "body": row.body})
-        assert body.body is not None
         try:
+            body = ChangeRobot.model_validate({"name": row.robot, "body": row.body})
+            assert body.body is not None
             world = self._worlds[row.world]
             self._refuse_unfit(session, world, world.robot(row.robot), body.body)
-            row.edition = self._edition(session, row, body, row.comment or f"moves into a {_kind(row)} body")
-        except MactaError as error:
-            self._become(session, row, EmbodimentState.RETURNING, error.detail)
+            row.edition = self._edition(
+                session, row, body, row.comment or f"moves into a {row.body['kind']} body"
+            )
+        except (MactaError, ValidationError) as error:
+            self._become(session, row, EmbodimentState.RETURNING, _words(error))
             return
         self._become(session, row, EmbodimentState.MOVING)
 
@@ -298,9 +354,9 @@ class EmbodimentService:
 
     def _lease_is_over(self, session: Session, row: EmbodimentRow) -> bool:
         """Whether the robot rests by itself, so that it need not be asked."""
-        before = self._newest(session, row.world, row.robot, before=row.fence)
-        if before is None or before.lease_until_s is None:
-            return False
+        before = newest_move(session, row.world, row.robot, before=row.fence)
+        if before is None or before.lease_until_s is None or before.lease_told_s is None:
+            return False  # it has none, or has not confirmed any
         return self._clocks[row.world].now_s() > before.lease_until_s + LEASE_MARGIN_S
 
     @staticmethod
@@ -312,43 +368,24 @@ class EmbodimentService:
         become(row, state, reason)
         if state in (EmbodimentState.RETURNING, EmbodimentState.REFUSED):
             # It goes on in the body, and under the lease, that it had.
-            before = self._newest(session, row.world, row.robot, before=row.fence)
+            before = newest_move(session, row.world, row.robot, before=row.fence)
             row.lease_s = None if before is None else before.lease_s
             row.lease_until_s = None if before is None else before.lease_until_s
+            row.lease_told_s = None if before is None else before.lease_told_s
             self._promise(row)
         if not is_open(row):
             row.ended_at = utc_now()
-        self._tell(session, row)
-
-    def _tell(self, session: Session, row: EmbodimentRow) -> None:
-        changed = EmbodimentChanged(
-            subject=row.robot,
-            world=row.world,
-            fence=row.fence,
-            state=EmbodimentState(row.state),
-            body=_kind(row),
-            former=row.former["kind"],
-            edition=row.edition,
-            actor=row.actor,
-            reason=row.reason,
-        )
-        self._core.events.append(session, changed)
-
-    @staticmethod
-    def _newest(
-        session: Session, world: str, robot: str, *, before: int | None = None
-    ) -> EmbodimentRow | None:
-        query = select(EmbodimentRow).where(EmbodimentRow.world == world, EmbodimentRow.robot == robot)
-        if before is not None:
-            query = query.where(EmbodimentRow.fence < before)
-        return session.scalar(query.order_by(EmbodimentRow.fence.desc()).limit(1))
+        tell_of_move(session, self._core.events, row)
 
     def _embodiment(self, session: Session, world: str, spec: RobotSpec) -> RobotEmbodiment:
         of_robot = (EmbodimentRow.world == world, EmbodimentRow.robot == spec.name)
         query = select(EmbodimentRow).where(*of_robot).order_by(EmbodimentRow.fence.desc()).limit(KEPT)
         attempts = session.scalars(query).all()
         body = spec.body.model_dump(mode="json")
-        got = next((one for one in attempts if one.state == EmbodimentState.EMBODIED), None)
+        brought = (
+            one for one in attempts if one.state == EmbodimentState.EMBODIED and one.body != one.former
+        )
+        got = next(brought, None)
         leased = next((one for one in attempts if not is_open(one)), None)
         return RobotEmbodiment(
             robot=spec.name,
@@ -363,9 +400,8 @@ class EmbodimentService:
         )
 
 
-def _kind(row: EmbodimentRow) -> str:
-    kind: str = row.body["kind"]
-    return kind
+def _words(error: MactaError | ValidationError) -> str:
+    return error.detail if isinstance(error, MactaError) else str(error).replace("\n", " ")
 
 
 def _order(row: EmbodimentRow) -> DueOrder | None:

@@ -33,6 +33,7 @@ from app.domain.world_model.edits import (
 from app.domain.world_model.layout import layout_of
 from app.domain.world_model.senses import Perceives, restricted_senses, unsensed
 from app.domain.world_model.zones import restricted_places, zones_against
+from app.missions.embodiment_record import end_for_replaced
 from app.missions.world_set import FileChecks
 from app.planning.waiting_goals import WaitingGoals
 from app.store import (
@@ -53,6 +54,7 @@ from app.store import (
     after_commit,
 )
 from app.store.editions import WorldDirectory
+from app.store.event_log import EventLog
 from app.store.facts import source_of
 from app.store.records import lock_running_missions
 from app.workflows.mission_wakeups import wake_missions
@@ -268,7 +270,7 @@ class WorldChanges:
         session.flush()
         core.facts.numbers.complete(session, edited.world, edited.facts, source=source, at_s=at_s)
         _forget_gone(session, edited.world)
-        _forget_replaced(session, world, edited.made)
+        _forget_replaced(session, core.events, edited)
         recorded = EditionRow(
             world=world,
             edition=checked.edition,
@@ -457,15 +459,19 @@ def _tuning_of(edit: WorldEdit) -> PacketTunings:
     return {}
 
 
-def _forget_replaced(session: Session, world: str, edits: Sequence[WorldEdit]) -> None:
-    """Drop the factsheets of robots in whose place others speak from now on; those get tunings and rules anew."""
-    replaced = [edit.name for edit in edits if isinstance(edit, ChangeRobot) and edit.replaces]
+def _forget_replaced(session: Session, events: EventLog, edited: EditedWorld) -> None:
+    """Drop the factsheets of robots in whose place others speak from now on, and end their leases and the moves of
+    their minds; those get tunings and rules anew.
+    """
+    world = edited.world.name
+    replaced = [edit.name for edit in edited.made if isinstance(edit, ChangeRobot) and edit.replaces]
     if replaced:
         session.execute(
             delete(FactsheetRow).where(FactsheetRow.world == world, FactsheetRow.robot.in_(replaced))
         )
         renew_tunings(session, world, replaced)
         renew_rules(session, world, replaced)
+        end_for_replaced(session, events, edited.world, replaced)
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:

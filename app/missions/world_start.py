@@ -4,7 +4,7 @@ and the earlier run's missions end.
 
 from collections.abc import Collection
 
-from sqlalchemy import delete, select, update
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from app.agents.rules import renew_rules
@@ -22,11 +22,11 @@ from app.domain.world_model import initial_facts
 from app.domain.world_model.beliefs import SOLID
 from app.domain.world_model.layout import layout_of
 from app.missions.dialogues import end_dialogues
+from app.missions.embodiment_record import begin_anew, forget_absent
 from app.missions.ending import end_mission
 from app.planning.hold_service import end_spans
 from app.planning.proposals import close_plans
 from app.store import (
-    EmbodimentRow,
     FactRow,
     GoalRow,
     LostRobotRow,
@@ -73,6 +73,7 @@ def start_world_run(
     row.title = world.title or world.name
     row.layout = layout_of(world)
     session.flush()
+    forget_absent(session, world)
     source = f"world file {world.name}"
     if row.run in (run, UNKNOWN_RUN):
         row.run = run
@@ -91,11 +92,6 @@ def start_world_run(
     facts = initial_facts(world, core.knowledge_base)
     renew_tunings(session, world.name)
     renew_rules(session, world.name)
-    session.execute(
-        update(EmbodimentRow)
-        .where(EmbodimentRow.world == world.name)
-        .values(lease_until_s=None, lease_told_s=None)
-    )  # its robots know of no lease
     core.facts.change(session, world.name, add=facts, source=source, at_s=0.0)
     core.facts.numbers.complete(session, world, facts, source=source, at_s=0.0)
     session.execute(delete(LostRobotRow).where(LostRobotRow.world == world.name))
@@ -103,6 +99,7 @@ def start_world_run(
     end_spans(session, core.events, world.name, SYSTEM_CLOCK.epoch_s())
     _forget_abandoned(session, world.name)
     reason = "the simulated world was started again" + (f": {new_run_reason}" if new_run_reason else "")
+    begin_anew(session, core.events, world, reason)
     end_conversations(session, world.name, reason)
     end_dialogues(session, core.events, world.name, reason)
     _end_missions(session, core.events, world.name, reason)

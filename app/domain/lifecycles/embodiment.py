@@ -45,7 +45,7 @@ _TRANSITIONS: Mapping[EmbodimentState, Collection[EmbodimentState]] = {
         EmbodimentState.REFUSED,
     ),
     EmbodimentState.MOVING: (EmbodimentState.GOING_ON, EmbodimentState.RETURNING),
-    EmbodimentState.GOING_ON: (EmbodimentState.EMBODIED,),
+    EmbodimentState.GOING_ON: (EmbodimentState.EMBODIED, EmbodimentState.RETURNED),
     EmbodimentState.RETURNING: (EmbodimentState.RETURNED,),
 }
 
@@ -64,6 +64,16 @@ def become(move: Move, state: EmbodimentState, reason: str = "") -> None:
     """
     change_state(move, state, _TRANSITIONS, what="move of a mind")
     move.reason = reason or move.reason
+
+
+def end_anew(move: Move, *, has_body: bool, reason: str) -> None:
+    """End an open move, since other software speaks for the robot, or its world has begun again.
+
+    :param has_body: whether the robot has the other body now.
+    """
+    state = EmbodimentState.EMBODIED if has_body else EmbodimentState.RETURNED
+    change_state(move, state, dict.fromkeys(OPEN, ENDS), what="move of a mind")
+    move.reason = "" if has_body else reason
 
 
 def is_open(move: Move) -> bool:

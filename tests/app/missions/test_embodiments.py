@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
+from sqlalchemy import select
 
 from app.agents.running_world import RunningWorld
 from app.cli.embody import embody
@@ -15,9 +16,10 @@ from app.domain.errors import IllegalTransition, Invalid
 from app.domain.lifecycles.embodiment import EmbodimentState, become
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
-from app.store import EmbodimentRow
+from app.store import Database, EmbodimentRow
 from robots.wire import WORLD, MindVerb
 from robots.world import WorldFile
+from robots.world.bodies import WheeledBodySpec
 from tests.app.api.test_rules import told
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeRobot, FakeTeam
@@ -136,6 +138,57 @@ def test_a_refused_edition_ends_the_moves_of_those_before_that_it_contains(
     assert (told[1], told[2]) == ("refused", "refused")
 
 
+def test_what_cannot_be_moved_or_moved_back_keeps_no_other_mind_at_rest(
+    api: TestClient, team: FakeTeam, service: Service
+) -> None:
+    team.faults.silent.add(WORLD)
+    team.faults.world_refuses = True
+    move(api, "wheeled").raise_for_status()
+    ended(api, "moving")
+    with service.database.write() as session:
+        odd = {"body": {"kind": "submarine"}, "actor": "test", "world": "sample_store", "reason": ""}
+        moving = EmbodimentState.MOVING
+        session.add(EmbodimentRow(robot="a_ghost", fence=1, state=moving, edition=1, former={}, **odd))
+        session.get_one(EmbodimentRow, ("sample_store", ROBOT, 1)).former = {"kind": "submarine"}
+    team.faults.silent.discard(WORLD)
+    attempt = ended(api, "returned")
+    assert attempt["reason"].startswith("it cannot be made; the record still has that body: ")
+    assert not team.robots[ROBOT].rests
+
+
+def test_the_present_body_with_another_lease_changes_the_lease(
+    api: TestClient, team: FakeTeam, service: Service
+) -> None:
+    team.robots[ROBOT] = FakeRobot()
+    assert "until" in embody(api, ROBOT, "avatar", lease_s=1000.0)
+    since = api.get(EMBODIMENT).json()["since"]
+    assert "until" in embody(api, ROBOT, "avatar", lease_s=2000.0)
+    known = api.get(EMBODIMENT).json()
+    assert (known["lease_s"], known["fence"], known["since"]) == (2000.0, 2, since)
+    assert embody(api, ROBOT, "avatar") == "yard_1 is in a virtual body, avatar"
+    assert verbs(team) == [
+        (MindVerb.REST, 1),
+        (MindVerb.GO_ON, 1),
+        (MindVerb.GO_ON, 2),
+        (MindVerb.GO_ON, 3),
+    ]
+    team.faults.refuses.add(ROBOT)
+    with pytest.raises(Invalid, match="the lease is not in force, yard_1 is not willing"):
+        embody(api, ROBOT, "avatar", lease_s=1000.0)
+    assert ended(api, "returned")["fence"] == 4
+    team.faults.refuses.discard(ROBOT)
+    embody(api, ROBOT, "avatar", lease_s=1000.0)
+    team.faults.silent.add(ROBOT)
+    assert move(api, lease_s=2000.0).json()["attempts"][0]["state"] == "going_on"
+    assert refused(move(api, lease_s=3000.0)) == (409, "embodiment-under-way")
+    edit = {"edit": "change_robot", "name": ROBOT, "external": True}
+    api.post(CHANGES, json={"edits": [edit], "reason": "its own software"}).raise_for_status()
+    known = api.get(EMBODIMENT).json()
+    assert (known["lease_s"], known["attempts"][0]["state"]) == (None, "embodied")
+    assert not service.embodiments.due("sample_store"), "its software would refuse"
+    assert refused(move(api, lease_s=50.0)) == (409, "robot-is-external")
+
+
 def test_a_move_that_is_only_requested_is_withdrawn_by_the_present_body(
     api: TestClient, team: FakeTeam
 ) -> None:
@@ -224,9 +277,13 @@ class Trial:
         self._worker = worker
 
     @contextmanager
-    def running(self):  # type: ignore[no-untyped-def]
+    def running(self, run: str | None = None, file: WorldFile | None = None):  # type: ignore[no-untyped-def]
         world = RunningWorld(
-            file=self._file, link=self._team.link, clock=self._team.clock, rate=None, run=self._team.run
+            file=file or self._file,
+            link=self._team.link,
+            clock=self._team.clock,
+            rate=None,
+            run=run or self._team.run,
         )
         with (
             Service(self._settings, [world], worker=self._worker) as service,
@@ -270,6 +327,43 @@ def test_a_move_comes_to_its_end_though_the_service_ends_at_any_of_its_steps(
         assert in_state(api, f"/v1/missions/{mission}", *ENDED)["state"] == "completed"
         assert _finished(team) == [{"tag": "NAVIGATE"}]
         assert api.get(EMBODIMENT).json()["kind"] == ("simulated" if state == "returning" else "virtual")
+
+
+@pytest.mark.parametrize("run", ["another", None])
+def test_a_move_ends_in_the_body_that_a_replaced_world_file_gives(
+    run: str | None,
+    tmp_path: Path,
+    database_url: str,
+    world_file: WorldFile,
+    team: FakeTeam,
+    worker: PlanningWorker,
+) -> None:
+    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
+    trial = Trial(settings, world_file, team, worker)
+    with trial.running() as api:
+        team.faults.silent |= {WORLD, "yard_2"}
+        move(api).raise_for_status()
+        api.post("/v1/robots/yard_2:embody", json={"body": "avatar"}).raise_for_status()
+        ended(api, "moving")
+    robots = [
+        one.model_copy(update={"body": WheeledBodySpec()}) if one.name == ROBOT else one
+        for one in world_file.robots
+        if one.name != "yard_2"
+    ]
+    team.faults.silent.clear()
+    with trial.running(run, world_file.model_copy(update={"robots": tuple(robots)})) as api:
+        attempt = ended(api, "returned")
+        expected = (
+            "edition 2 of the world gives it another body"
+            if run is None
+            else "the simulated world was started again"
+        )
+        assert attempt["reason"] == expected
+        assert body_of(api) == "wheeled"
+    database = Database(database_url)
+    with database.read() as session:
+        assert session.scalars(select(EmbodimentRow.robot)).all() == [ROBOT], "the file has no yard_2"
+    database.close()
 
 
 def test_a_move_goes_only_on_to_a_state_that_may_follow() -> None:
