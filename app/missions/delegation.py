@@ -20,6 +20,8 @@ from robots.wire import BehaviourScript, DelegationReport, DelegationState, Pack
 
 DONE_BY = "delegated_to"
 """In the record of a packet: the robot that does it, or has done it, in the stead of the script's."""
+TOLD_AT_S = "delegation_told_at_s"
+"""In the record of a packet: the newest time at which its robot has told who does it, or that nobody does."""
 ENDED = frozenset({PacketState.FINISHED, PacketState.FAILED})
 
 
@@ -83,12 +85,16 @@ class DelegationRecord:
 
     def note(
         self, session: Session, report: DelegationReport, script: ScriptRow, mission: MissionRow
-    ) -> Collection[str]:
-        """Record who does a leg, or has done it; returns the packets whose end this tells."""
+    ) -> Collection[str] | None:
+        """Record who does a leg, or has done it.
+
+        :returns: the packets whose end this tells; None if nothing of it is granted.
+        """
         leg = next((one for one in script.body.get("delegable", ()) if one["id"] == report.leg), None)
         may = granted_packets(script, report.leg, report.robot) if report.robot else ()
-        if leg is None or (report.robot and not may):
-            return ()
+        is_nobodys = report.state is DelegationState.NOT_TAKEN and not report.robot
+        if leg is None or not (may or is_nobodys):
+            return None
         hear(script, ScriptState.RUNNING, report.at_s)
         if report.state is DelegationState.AWARDED and mission.enquire_at_s is not None:
             ends_s = report.at_s + report.expected_s + mission.margin_s
@@ -134,10 +140,12 @@ def stand_after(report: DelegationReport, robot: str) -> tuple[Fact, ...]:
 
 
 def _assign(script: ScriptRow, packets: Sequence[str], robot: str, at_s: float) -> None:
-    """Note who does packets that are not done yet; nobody else if it is empty."""
+    """Note who does packets that are not done yet; nobody else if it is empty. What is newer stands."""
     known = dict[str, Any](script.packets)
     for packet in packets:
         before = known.get(packet, {"state": PacketState.WAITING.value, "at_s": at_s})
+        if before.get(TOLD_AT_S, at_s) > at_s:
+            continue
         without = {name: value for name, value in before.items() if name != DONE_BY}
-        known[packet] = without | ({DONE_BY: robot} if robot else {})
+        known[packet] = without | {TOLD_AT_S: at_s} | ({DONE_BY: robot} if robot else {})
     script.packets = known

@@ -27,6 +27,7 @@ from app.missions.rivals import Rivals
 from app.store import ScriptRow
 from robots.clock import Clock
 from robots.wire import (
+    DelegationReport,
     Message,
     PacketReport,
     PacketState,
@@ -79,14 +80,12 @@ class Plausibility:
         :param scripts: all of the same plan.
         """
         report = message.body
-        if not isinstance(report, Report):
+        if not isinstance(report, Report | DelegationReport):
             return ""
         now_s = self._clocks[world].now_s()
         lag_s = self._lags_s[world]()
         early = doubt_of_time(report.at_s, now_s=now_s, lag_s=lag_s)
-        # NOTE: of what another robot has done it tells nothing where this one is, and has been.
-        tells_nothing = _changes_nothing(report, script) or _is_done_by_another(report, script)
-        if early or isinstance(report, StatusReport) or tells_nothing:
+        if early or isinstance(report, StatusReport | DelegationReport) or _tells_nothing(report, script):
             return early
         if script is not None and (packet := begun_by(report, script)) is not None:
             out_of_order = self._doubt_of_order(session, script, scripts, packet, report=report, now_s=now_s)
@@ -202,6 +201,11 @@ class Plausibility:
         """The greatest length of the objects: a robot at the handle of a long one is off the object's place by that."""
         lengths_m = self._worlds[world].lengths_m
         return max((lengths_m.get(thing, 0.0) for thing in things), default=0.0)
+
+
+def _tells_nothing(report: Report, script: ScriptRow | None) -> bool:
+    """True of what changes nothing; and of what another robot has done: not where this one is, and has been."""
+    return _changes_nothing(report, script) or _is_done_by_another(report, script)
 
 
 def _changes_nothing(report: Report, script: ScriptRow | None) -> bool:

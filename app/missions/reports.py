@@ -520,6 +520,8 @@ class MissionReports:
     def _delegated(self, session: Session, report: DelegationReport, subject: _Subject) -> None:
         """A robot in the field has put a leg to another, or tells how that has ended."""
         ended = self._delegations.note(session, report, subject.script, subject.mission)
+        if ended is None:
+            return
         if subject.is_current:
             self._note_start(session, subject.mission, report.at_s)
         self._actions_ended(session, ended, report.at_s, subject)
@@ -574,7 +576,11 @@ def _subjects_of(session: Session, messages: Sequence[Message]) -> dict[str, _Su
 def _may_free(message: Message) -> bool:
     """True if the message may release reservations."""
     match message.body:
-        case PacketReport(state=PacketState.FINISHED) | ScriptReport(state=ScriptState.FINISHED):
+        case (
+            PacketReport(state=PacketState.FINISHED)
+            | ScriptReport(state=ScriptState.FINISHED)
+            | DelegationReport(state=DelegationState.DONE)
+        ):
             return True
     return False
 

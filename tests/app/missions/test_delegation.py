@@ -6,8 +6,10 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
+from app.agents.agent_models import Reception
 from app.api.mission_bodies import MissionBody
 from app.domain.world_model.vocabulary import symbolic_all
+from app.planning.waiting_goals import WaitingGoals
 from app.store import EventRow, MissionRow
 from app.store.migrate import migrate
 from robots.clock import ManualClock
@@ -21,7 +23,7 @@ from robots.wire import (
     UpkeepReport,
 )
 from robots.world import LinkSpec, load_world
-from tests.app.missions.mission_services import MissionServices, at_home, services
+from tests.app.missions.mission_services import WORLD, MissionServices, at_home, services
 from tests.app.missions.test_reports import Mission
 from tests.app.sample_store import Store
 
@@ -193,16 +195,66 @@ def test_a_leg_that_the_other_could_not_do_is_nobodys(mission: Delegated, state:
 
 
 def test_a_robot_that_the_script_does_not_name_is_not_believed_to_have_done_it(mission: Delegated) -> None:
+    before = mission.facts
     mission.tells(DelegationState.DONE, 91.0, robot="store_1")
-    assert "in(sample_1, door_1)" in mission.facts
+    mission.tells(DelegationState.DONE, 92.0, robot="")
+    assert mission.facts == before, "nor where that one stands"
     assert mission.events == []
 
 
 def test_nothing_is_believed_that_was_not_granted(plain: Delegated) -> None:
+    before = plain.facts
     plain.tells(DelegationState.DONE, 91.0)
-    assert "in(sample_1, door_1)" in plain.facts
+    assert plain.facts == before
     assert plain.events == []
     assert set(plain.done_by.values()) == {None}
+
+
+def test_a_report_from_the_future_is_held_back(mission: Delegated) -> None:
+    now_s = mission.clock.now_s()
+    report = DelegationReport(
+        script_id=mission.script("yard_1").id,
+        leg=mission.script("yard_1").body["delegable"][0]["id"],
+        state=DelegationState.DONE,
+        at_s=now_s + 3600.0,
+        robot="yard_2",
+    )
+    message = mission.message(mission.script("yard_1"), report)
+    assert mission.services.reports.record(message, WORLD) is Reception.HELD_BACK
+    assert "in(sample_1, door_1)" in mission.facts
+
+
+@pytest.mark.parametrize(
+    ("first", "late"),
+    [
+        ((DelegationState.NOT_TAKEN, 92.0, ""), (DelegationState.AWARDED, 46.0, "yard_2")),
+        ((DelegationState.UNHEARD, 92.0, "yard_2"), (DelegationState.AWARDED, 46.0, "yard_2")),
+    ],
+)
+def test_a_late_award_does_not_take_back_what_has_come_of_it(
+    mission: Delegated,
+    first: tuple[DelegationState, float, str],
+    late: tuple[DelegationState, float, str],
+) -> None:
+    assert mission.tells(*first)
+    assert mission.tells(*late)
+    assert set(mission.done_by.values()) == {None}
+    assert len(mission.events) == 2, "both are shown"
+
+
+def test_a_late_failure_does_not_take_back_the_next_award(mission: Delegated) -> None:
+    assert mission.tells(DelegationState.AWARDED, 92.0)
+    assert mission.tells(DelegationState.FAILED, 91.0)
+    assert "yard_2" in mission.done_by.values()
+
+
+def test_the_end_of_a_leg_releases_goals_that_wait_for_what_it_needed(
+    mission: Delegated, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    released: list[str] = []
+    monkeypatch.setattr(WaitingGoals, "release", lambda _, __, world: released.append(world))
+    assert mission.tells(DelegationState.DONE, 91.0)
+    assert released == [WORLD]
 
 
 def test_the_grant_is_recorded_with_the_approval_and_the_mission(mission: Delegated) -> None:
