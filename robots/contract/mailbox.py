@@ -57,6 +57,7 @@ class Mailbox:
         self._pause_s = self._interval_s
         self._has_received = False
         self._received_s = float("-inf")
+        self._heard_s = float("-inf")
         self._answers: OrderedDict[str, Message | None] = OrderedDict()
         self._kept: OrderedDict[str, _Kept] = OrderedDict()
         self.changes = 0
@@ -66,8 +67,8 @@ class Mailbox:
 
     @property
     def heard_s(self) -> float:
-        """When the service was last heard (world's clock)."""
-        return self._received_s
+        """When the service was last heard (world's clock); a power failure does not count."""
+        return self._heard_s
 
     @property
     def answer_s(self) -> float:
@@ -166,6 +167,7 @@ class Mailbox:
         if self._has_received:
             self._has_received = False
             self._received_s = now_s
+            self._heard_s = now_s
             self._pause_s = self._interval_s
         if not self._kept:
             return

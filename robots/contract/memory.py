@@ -43,6 +43,14 @@ class AwardMemory(Checked):
     ended: int | None = None
 
 
+class WithdrawalMemory(Checked):
+    """A robot that is to stop at a leg and has not confirmed it. `until_s`: when it stops by itself."""
+
+    robot: str
+    script_id: str
+    until_s: float
+
+
 class DelegationPhase(StrEnum):
     """How far a robot is that puts a leg to others."""
 
@@ -78,10 +86,11 @@ class DelegationMemory(Checked):
 
 
 class SocialMemory(Checked):
-    """What a robot has still to say to others, oldest first; other robots' legs that it was awarded, and its own leg
-    that it puts to others.
+    """What a robot has still to say to others, oldest first; other robots' legs that it was awarded, its own leg that
+    it puts to others, and the legs that it has withdrawn.
     """
 
     owed: tuple[OwedClearance, ...] = ()
     awards: tuple[AwardMemory, ...] = ()
     delegation: DelegationMemory | None = None
+    withdrawals: tuple[WithdrawalMemory, ...] = ()

@@ -388,6 +388,8 @@ class BehaviouralAgent:
         current = self._executive.script
         if current is not None and (not current.is_own or is_awarded(current)):
             return f"{me} is busy with script {current.id}"
+        if current is not None and current.is_for_person and is_awarded(script):
+            return f"{me} is busy with what a person has asked for: {current.id}"
         if (driver := self._teleoperation.driver) is not None:
             return f"{driver} drives {me}"
         if self._fault:

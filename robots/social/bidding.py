@@ -8,7 +8,7 @@ waits for it.
 """
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from robots.contract.known_scripts import ENDED, remember
@@ -22,7 +22,7 @@ from robots.social.legs import AWARD, LEG, REJECT, Failed, bid_of, failed_of, le
 from robots.social.protocols import CONTRACT_NET, ContractNetState
 from robots.social.speech import Heard, Reply
 from robots.social.terms import ContentError, Term
-from robots.wire import OWN, BehaviourScript, Performative, ScriptState, SpeechAct
+from robots.wire import OWN, BehaviourPacket, BehaviourScript, Performative, ScriptState, SpeechAct
 
 SCRIPT_WITHIN_S = 300.0
 """How long after an award its script may come, if the award does not say it (`reply_by_s`; our choice)."""
@@ -37,7 +37,7 @@ Handler = Callable[[Heard, Situated], Reply | None]
 
 @dataclass(slots=True)
 class _Bid:
-    """A bid, and its award once `award` is set. `until_s`: when the award's script must have come.
+    """A bid for packets, and its award once `award` is set. `until_s`: when the award's script must have come.
 
     `is_own`: the award has brought the script; `until_s`: when it must have ended; `failed`, `ended`: why it has
     failed, and after how many packets.
@@ -45,6 +45,7 @@ class _Bid:
 
     leg: str
     busy_s: float
+    packets: Sequence[BehaviourPacket] = ()
     award: Heard | None = None
     script_id: str = ""
     until_s: float = 0.0
@@ -96,7 +97,7 @@ class Bidding:
         made = robot.offer(leg, promised_s=promised_s)
         if not isinstance(made, Offer):
             return Reply(performative=Performative.REFUSE, content=bid_of(leg.id, made))
-        bid = _Bid(leg=leg.id, busy_s=made.way_s + made.work_s)
+        bid = _Bid(leg=leg.id, busy_s=made.way_s + made.work_s, packets=leg.packets)
         remember(self._bids, _key(heard), bid, MAX_BIDS)
         return Reply(performative=Performative.PROPOSE, content=bid_of(leg.id, made))
 
@@ -115,7 +116,7 @@ class Bidding:
         bid.until_s = heard.at_s + SCRIPT_WITHIN_S if body.reply_by_s is None else body.reply_by_s
         if body.script is None:
             return None
-        if (reason := self._take_up(body.script, heard, robot)) is not None:
+        if (reason := self._take_up(body.script, bid, heard, robot)) is not None:
             del self._bids[_key(heard)]
             return _failed(bid.leg, Failed(reason=reason, ended=0))
         bid.is_own = True
@@ -165,13 +166,11 @@ class Bidding:
             bid.ended = award.ended
             self._bids[_key(heard)] = bid
 
-    def _take_up(self, script: BehaviourScript, heard: Heard, robot: Situated) -> str | None:
+    def _take_up(self, script: BehaviourScript, bid: _Bid, heard: Heard, robot: Situated) -> str | None:
         """Begin another robot's leg, or return the reason against it."""
+        if (reason := self._why_not(script, bid, heard, robot)) is not None:
+            return reason
         percepts = robot.percepts
-        if not self._takes_legs:
-            return f"{self._name} does no legs of other robots"
-        if not script.id.startswith(f"{AWARDED}{heard.sender}:") or script.robot != self._name:
-            return f"{script.id} is no script of {heard.sender} for {self._name}"
         if percepts is None:
             return f"{self._name} has sensed nothing yet"
         if percepts.last_held is not None:
@@ -181,6 +180,18 @@ class Bidding:
         packets = (*script.packets, drive_home(percepts.profile.home, HOME))
         own = {"mission_id": OWN, "revision": 0, "delegable": (), "packets": packets}
         return robot.perform(script.model_copy(update=own))
+
+    def _why_not(self, script: BehaviourScript, bid: _Bid, heard: Heard, robot: Situated) -> str | None:
+        """What is wrong with the script of an award."""
+        if not self._takes_legs:
+            return f"{self._name} does no legs of other robots"
+        if not script.id.startswith(f"{AWARDED}{heard.sender}:") or script.robot != self._name:
+            return f"{script.id} is no script of {heard.sender} for {self._name}"
+        if _works(script.packets) != _works(bid.packets):
+            return f"{script.id} has other packets than the call for {bid.leg}"
+        if robot.state_of(script.id) is not None:
+            return f"{script.id} was awarded before"
+        return None
 
     def rejected(self, heard: Heard, robot: Situated) -> None:
         """Forget a bid that was not taken."""
@@ -244,6 +255,11 @@ def _ending(leg: str, state: ScriptState | None) -> Reply:
         return Reply(performative=Performative.INFORM, content=Term("done", (leg,)))
     reason = "its script has not come" if state is None else f"its script has {state.value}"
     return Reply(performative=Performative.FAILURE, content=Term("failed", (leg, reason)))
+
+
+def _works(packets: Sequence[BehaviourPacket]) -> list[tuple[str, dict[str, str]]]:
+    """What a call says of packets."""
+    return [(one.tag, one.arguments) for one in packets]
 
 
 def _aside(bid: _Bid) -> str:

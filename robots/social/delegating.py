@@ -6,13 +6,13 @@ and awards the leg to the idle one that bids least. If that fails with empty jaw
 called again; in each other case the script fails. What is under way is kept over a power failure.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
 from robots.clock import Clock
 from robots.conditions.facts import REPORTED
 from robots.contract.known_scripts import ENDED
-from robots.contract.memory import DelegationMemory, DelegationPhase
+from robots.contract.memory import DelegationMemory, DelegationPhase, WithdrawalMemory
 from robots.executive.delegation import ASIDE, AWARDED, DelegatedLeg
 from robots.executive.offer import Offer
 from robots.executive.society import Situated
@@ -20,11 +20,12 @@ from robots.executive.upkeep import drive_home
 from robots.perception.percepts import NOTHING, Needs
 from robots.social.bidding import HOME, WITHDRAWN
 from robots.social.conversation import Conversation
-from robots.social.legs import AWARD, REJECT, call_of, failure_of, offer_of
+from robots.social.legs import AWARD, REJECT, Failed, call_of, failure_of, offer_of
 from robots.social.protocols import CONTRACT_NET, INFORM, ContractNetState, InteractionProtocol
-from robots.social.speech import Heard
+from robots.social.speech import Ending, Heard
 from robots.social.terms import ContentError, Term
 from robots.wire import (
+    MAX_CONTENT,
     OWN,
     BehaviourPacket,
     BehaviourScript,
@@ -45,8 +46,6 @@ HOME_S = 120.0
 """How long the other robot may take to drive home after the leg, before it counts as unheard (our choice)."""
 NEAR_M = 1.5
 """A robot that cannot make way stands in nobody's way this far from all places of the leg (our choice)."""
-WITHDRAWN_S = 300.0
-"""How long another robot is told to stop at a leg (our choice)."""
 
 
 class Speaker(Protocol):
@@ -60,7 +59,7 @@ class Speaker(Protocol):
         *,
         protocol: InteractionProtocol,
         within_s: float,
-        conversation_id: str | None = None,
+        ended: Callable[[Ending], None] = ...,
     ) -> Conversation: ...
 
     def say_in(
@@ -92,6 +91,8 @@ class Delegating:
         self._calls: Sequence[Conversation] = ()
         self._awarded: Conversation | None = None
         self._is_to_drive = False
+        self._withdrawals: dict[str, WithdrawalMemory] = {}
+        """By script, those whose robots have not confirmed that they stop."""
 
     @property
     def needs(self) -> Needs:
@@ -101,9 +102,15 @@ class Delegating:
     def memory(self) -> DelegationMemory | None:
         return self._state
 
-    def recall(self, memory: DelegationMemory | None) -> None:
-        """Go on after a power failure: it sets out again and calls again; an award stands."""
-        self._state = memory
+    def withdrawals(self) -> tuple[WithdrawalMemory, ...]:
+        return tuple(self._withdrawals.values())
+
+    def recall(self, memory: DelegationMemory | None, withdrawals: Iterable[WithdrawalMemory] = ()) -> None:
+        """Go on after a power failure: it sets out again and calls again; an award stands, and so does its end."""
+        for one in withdrawals:
+            self._withdraw(one)
+        # NOTE: whether the service answers it can only see from now on.
+        self._state = None if memory is not None and memory.phase is DelegationPhase.PROBING else memory
         self._is_to_drive = memory is not None and memory.phase is DelegationPhase.MAKING_WAY
         if memory is not None and memory.award is not None:
             self._awarded = self._speaker.go_on_with(memory.award)
@@ -112,7 +119,7 @@ class Delegating:
         leg = robot.delegated
         state = self._state
         if state is not None and (leg is None or (leg.script_id, leg.leg.id) != (state.script_id, state.leg)):
-            self._drop(state)
+            self._drop(state, now_s)
             state = None
         if leg is None:
             return
@@ -153,11 +160,14 @@ class Delegating:
             self._note(drives=state.drives + 1, since_s=now_s)
             packet = drive_home(home, HOME).model_copy(update={"timeout_s": ASIDE_S})
             name = _aside(state, state.drives + 1)
-            robot.make_way(BehaviourScript(id=name, mission_id=OWN, robot=self._name, packets=(packet,)))
-            return
-        how = robot.state_of(_aside(state, state.drives))
-        if how not in ENDED and now_s < state.since_s + ASIDE_S:
-            return
+            own = BehaviourScript(id=name, mission_id=OWN, robot=self._name, packets=(packet,))
+            if robot.make_way(own) is None:
+                return
+            how = None
+        else:
+            how = robot.state_of(_aside(state, state.drives))
+            if how is not None and how not in ENDED and now_s < state.since_s + ASIDE_S:
+                return
         if how is ScriptState.FINISHED:
             self._note(phase=DelegationPhase.CALLING, since_s=now_s, aside=home or "")
             return
@@ -176,15 +186,14 @@ class Delegating:
             if not called:
                 self._give_up(leg, robot, "no other robot is left", DelegationState.NOT_TAKEN)
                 return
+            contents = {one: call_of(leg.leg.id, _as_of(leg.packets, self._name, one)) for one in called}
+            if any(len(str(call)) > MAX_CONTENT for call in contents.values()):
+                why = f"the leg is too long for a call: over {MAX_CONTENT} characters"
+                self._give_up(leg, robot, why, DelegationState.NOT_TAKEN)
+                return
             self._calls = tuple(
-                self._speaker.say(
-                    Performative.CFP,
-                    one,
-                    call_of(leg.leg.id, _as_of(leg.packets, self._name, one)),
-                    protocol=CONTRACT_NET,
-                    within_s=2 * decide_s,
-                )
-                for one in called
+                self._speaker.say(Performative.CFP, one, call, protocol=CONTRACT_NET, within_s=2 * decide_s)
+                for one, call in contents.items()
             )
             self._note(since_s=now_s)
             return
@@ -265,7 +274,7 @@ class Delegating:
             why = f"{winner}, which was awarded it, has not told its end: {conversation.state}"
             self._give_up(leg, robot, why, DelegationState.UNHEARD, winner)
             return
-        failed = failure_of(answer.content)
+        failed = _failure(answer)
         self._note(award=None)
         if failed.held is not None or failed.ended is None or _has_moved(leg.packets[: failed.ended], robot):
             self._give_up(
@@ -289,21 +298,32 @@ class Delegating:
         self._state = None
         robot.take_back(why)
 
-    def _drop(self, state: DelegationMemory) -> None:
+    def _drop(self, state: DelegationMemory, now_s: float) -> None:
         """The script has ended otherwise: who does the leg is to stop."""
         self._state = None
         self._calls = ()
         if self._awarded is not None and not self._awarded.has_ended and state.award is not None:
             self._awarded.cancel()
             script_id = f"{AWARDED}{self._name}:{state.script_id}:{state.leg}:{state.count - 1}"
-            self._speaker.say(
-                Performative.INFORM,
-                state.award.receiver,
-                Term(WITHDRAWN, (script_id,)),
-                protocol=INFORM,
-                within_s=WITHDRAWN_S,
-            )
+            until_s = self._awarded.reply_by_s or now_s
+            robot = state.award.receiver
+            self._withdraw(WithdrawalMemory(robot=robot, script_id=script_id, until_s=until_s))
         self._awarded = None
+
+    def _withdraw(self, one: WithdrawalMemory) -> None:
+        """Tell a robot to stop, until it has confirmed it or has stopped by itself, also after a power failure."""
+        self._withdrawals[one.script_id] = one
+        self._speaker.say(
+            Performative.INFORM,
+            one.robot,
+            Term(WITHDRAWN, (one.script_id,)),
+            protocol=INFORM,
+            within_s=one.until_s - self._clock.now_s(),
+            ended=lambda ending: self._forget(one.script_id),
+        )
+
+    def _forget(self, script_id: str) -> None:
+        self._withdrawals.pop(script_id, None)
 
     def _note(self, **changes: object) -> None:
         if self._state is not None:
@@ -341,6 +361,14 @@ def _offer(heard: Heard | None) -> Offer | None:
         return offer_of(heard.content)
     except ContentError:
         return None
+
+
+def _failure(heard: Heard) -> Failed:
+    """What nobody can read tells nothing of how far the other came."""
+    try:
+        return failure_of(heard.content)
+    except ContentError as error:
+        return Failed(reason=str(error)[:300])
 
 
 def _is_idle(offer: Offer | None) -> bool:

@@ -24,6 +24,8 @@ CALLED_FOR = "called_for"
 """The mission of a leg that is only called for."""
 LONGEST_PACKET_S = 24 * 3600.0
 MOST_PACKETS = 64
+MOST = MOST_PACKETS * LONGEST_PACKET_S
+"""The greatest figure of a bid or a failure: no leg takes longer."""
 
 
 def call_of(leg: str, packets: Sequence[BehaviourPacket]) -> Term:
@@ -68,7 +70,7 @@ def bid_of(leg: str, made: Offer | Declined) -> Term:
 def offer_of(bid: Term) -> Offer:
     """The offer that a bid states.
 
-    :raises ContentError: if it lacks a figure.
+    :raises ContentError: if it lacks a figure, or one is negative or beyond `MOST`.
     """
     parts = [one for one in bid.args[1:] if isinstance(one, Term)]
     figures = {one.name: one.args[0] for one in parts if len(one.args) == 1}
@@ -77,7 +79,7 @@ def offer_of(bid: Term) -> Offer:
         value = figures.get(name)
         if not isinstance(value, float):
             raise ContentError(f"{bid} has no {name}(NUMBER)")
-        return value
+        return _counted(value, bid)
 
     return Offer(
         cost_s=figure("cost"),
@@ -110,13 +112,16 @@ def failed_of(leg: str, failed: Failed) -> Term:
 
 
 def failure_of(content: Term) -> Failed:
-    """What the content of a failure states; what it leaves out is not known."""
+    """What the content of a failure states; what it leaves out is not known.
+
+    :raises ContentError: if what it states is no number of packets, or no name.
+    """
     parts = {one.name: one.args for one in content.args if isinstance(one, Term) and len(one.args) == 1}
     (ended,) = parts.get("ended", (None,))
     (held,) = parts.get("held", (None,))
     return Failed(
         reason=content.words[1] if len(content.args) > 1 else "",
-        ended=int(ended) if isinstance(ended, float) else None,
+        ended=int(_counted(ended, content)) if isinstance(ended, float) else None,
         held=None if held is None else word(held),
     )
 
@@ -129,6 +134,12 @@ def word(argument: Argument) -> str:
     if isinstance(argument, float) or (isinstance(argument, Term) and argument.args):
         raise ContentError(f"{argument} is no name")
     return argument.name if isinstance(argument, Term) else argument
+
+
+def _counted(figure: float, content: Term) -> float:
+    if not 0 <= figure <= MOST:
+        raise ContentError(f"{content}: {figure} is not from 0 to {MOST:.0f}")
+    return figure
 
 
 def _packet_term(packet: BehaviourPacket) -> Term:

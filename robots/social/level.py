@@ -241,12 +241,13 @@ class SocialLevel:
             owed=self._clearance.memory(),
             awards=self._bidding.memory(),
             delegation=self._delegating.memory(),
+            withdrawals=self._delegating.withdrawals(),
         )
 
     def recall(self, memory: SocialMemory) -> None:
         self._clearance.recall(memory.owed)
         self._bidding.recall((award, self._heard_before(award)) for award in memory.awards)
-        self._delegating.recall(memory.delegation)
+        self._delegating.recall(memory.delegation, memory.withdrawals)
 
     def _heard_before(self, award: AwardMemory) -> Heard:
         act = award.message.body

@@ -1,7 +1,7 @@
 """A robot that cannot do a leg puts it to others while the service is away, and goes on once it is done."""
 
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -16,6 +16,8 @@ from robots.physical.profile import BeaconSpec, RobotProfile
 from robots.repertoire import Repertoire, read_repertoire, store_packets
 from robots.social import SocialLevel
 from robots.wire import (
+    OWN,
+    SAID,
     BehaviourScript,
     Control,
     ControlVerb,
@@ -82,6 +84,8 @@ class Field:
         }
         self.world.beacons = {**self.world.beacons, **homes}
         self.in_reach = False
+        self.garble: Callable[[Message], Message] = lambda message: message
+        """What becomes of a robot's message to another on its way."""
         self.mute: set[str] = set()
         self.alone = frozenset(alone)
         self.heard: dict[str, Message] = {}
@@ -157,6 +161,7 @@ class Field:
         for name, end in self.ends.items():
             for message in end.receive():
                 if message.receiver in self.ends:
+                    message = self.garble(message)  # noqa: PLW2901
                     self.said.append(message)
                     if not {name, message.receiver} & self.mute:
                         self.ends[message.receiver].send(message)
@@ -355,6 +360,118 @@ def test_a_cancelled_script_stops_the_robot_that_does_its_leg() -> None:
     assert [state for name, state in states.items() if name.startswith(AWARDED)] == [ScriptState.CANCELLED]
     assert not any(name.startswith(ASIDE) for name in states), "it stops where it is"
     assert field.world.bodies["ginger"].velocity == (0.0, 0.0)
+
+
+def test_who_does_the_leg_is_told_to_stop_though_the_power_fails_in_between() -> None:
+    field = jammed("fred", "ginger")
+    one = mission("ginger")
+    field.order(one)
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.go_on(3.0)
+    field.mute.add("ginger")
+    field.send("fred", Control(script_id=one.id, verb=ControlVerb.CANCEL), Performative.CANCEL)
+    field.go_on(1.0)
+    field.restart("fred")
+    field.mute.clear()
+    field.go_on(5.0)
+    states = field.world.agents["ginger"].memory().mind.executive.states
+    assert [state for name, state in states.items() if name.startswith(AWARDED)] == [ScriptState.CANCELLED]
+    assert not field.world.agents["fred"].memory().mind.social.withdrawals, "it has confirmed it"
+
+
+def test_a_power_failure_while_it_waits_for_the_service_does_not_count_as_its_answer() -> None:
+    field = jammed("fred", "ginger")
+    field.order(mission("ginger"))
+    while field.world.agents["fred"].memory().mind.social.delegation is None:
+        field.tick()
+    field.go_on(1.0)
+    field.restart("fred")
+    assert field.until(100.0, DelegationState.AWARDED)
+    assert field.end is None
+
+
+def test_who_cannot_set_out_to_make_way_does_not_wait_for_that() -> None:
+    field = Field("fred", "ginger", lost=["fred"])
+    field.world.bodies["fred"].jammed = True
+    field.order(mission("ginger"))
+    while field.world.agents["fred"].memory().mind.social.delegation is None:
+        field.tick()
+    assert field.until(20.0)
+    assert field.end is not None
+    assert "cannot make way" in field.end.detail
+
+
+def test_what_a_person_has_asked_a_robot_for_is_not_ended_by_an_award() -> None:
+    field = jammed("fred", "ginger")
+    waits = packet("NAVIGATE", ref2="hatch", after=("a1",), wait_timeout_s=900.0)
+    own = script("ginger", waits, name=f"{SAID}1").model_copy(update={"mission_id": OWN})
+    field.go_on(1.0)
+    assert field.world.agents["ginger"].perform(own) is None
+    field.order(mission("ginger"))
+    assert field.until(200.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.FAILED, DelegationState.NOT_TAKEN]
+    assert "what a person has asked for" in field.delegations[1].detail
+    assert field.world.agents["ginger"].state_of(own.id) is ScriptState.RUNNING
+
+
+def said_by(sender: str, performative: Performative, content: str) -> Callable[[Message], Message]:
+    """Puts this in the place of what a robot says by such a performative."""
+
+    def garble(message: Message) -> Message:
+        if (message.sender, message.performative) != (sender, performative):
+            return message
+        return message.model_copy(update={"body": message.body.model_copy(update={"content": content})})
+
+    return garble
+
+
+@pytest.mark.parametrize("figures", ["cost(-1), way(1)", "cost(1), way(1e308)", "cost(1), way(-9)"])
+def test_a_bid_with_figures_that_cannot_be_is_none(figures: str) -> None:
+    field = jammed("fred", "ginger")
+    content = f"bid(leg_1, {figures}, release(0), work(1), battery(0.9))"
+    field.garble = said_by("ginger", Performative.PROPOSE, content)
+    field.order(mission("ginger"))
+    assert field.until(200.0)
+    assert field.told == [DelegationState.NOT_TAKEN]
+
+
+@pytest.mark.parametrize("how", ["held(5)", "ended(1e999)"])
+def test_a_failure_that_cannot_be_read_leaves_unknown_how_far_the_other_came(how: str) -> None:
+    field = Field("fred", "ginger", "basil", alone=["ginger", "basil"])
+    field.world.bodies["fred"].jammed = True
+    field.garble = said_by("ginger", Performative.FAILURE, f"failed(leg_1, jammed, {how})")
+    field.order(mission("ginger", "basil"))
+    assert field.until(200.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.FAILED]
+
+
+def test_a_leg_that_is_too_long_for_a_call_stays_with_its_robot() -> None:
+    field = jammed("fred", "ginger")
+    one = mission("ginger")
+    *before, last = one.packets
+    long = last.model_copy(update={"arguments": {**last.arguments, "ref3": "x" * 4000}})
+    field.order(one.model_copy(update={"packets": (*before, long)}))
+    assert field.until(200.0)
+    assert (field.told, field.said) == ([DelegationState.NOT_TAKEN], [])
+    assert field.end is not None
+    assert "too long for a call" in field.end.detail
+
+
+def test_an_award_of_something_else_than_was_called_for_is_not_taken_up() -> None:
+    field = jammed("fred", "ginger")
+
+    def garble(message: Message) -> Message:
+        body = message.body
+        if not isinstance(body, SpeechAct) or body.script is None:
+            return message
+        order = body.script.model_copy(update={"packets": (packet("NAVIGATE", ref2="hatch"),)})
+        return message.model_copy(update={"body": body.model_copy(update={"script": order})})
+
+    field.garble = garble
+    field.order(mission("ginger"))
+    assert field.until(200.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.FAILED, DelegationState.NOT_TAKEN]
+    assert "other packets than the call" in field.delegations[1].detail
 
 
 def test_a_missions_script_waits_for_the_end_of_an_awarded_leg_and_is_not_lost() -> None:
