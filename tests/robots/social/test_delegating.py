@@ -474,6 +474,21 @@ def test_an_award_of_something_else_than_was_called_for_is_not_taken_up() -> Non
     assert "other packets than the call" in field.delegations[1].detail
 
 
+def test_a_script_that_the_robot_has_had_is_not_awarded_again() -> None:
+    field = jammed("fred", "ginger")
+    one = mission("ginger")
+    waits = packet("NAVIGATE", ref2="hatch", after=("a1",))
+    before = script("ginger", waits, name=f"{AWARDED}fred:{one.id}:leg_1:0")
+    field.go_on(1.0)
+    ginger = field.world.agents["ginger"]
+    assert ginger.perform(before.model_copy(update={"mission_id": OWN})) is None
+    ginger.withdraw(before.id)
+    field.order(one)
+    assert field.until(200.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.FAILED, DelegationState.NOT_TAKEN]
+    assert "was awarded before" in field.delegations[1].detail
+
+
 def test_a_missions_script_waits_for_the_end_of_an_awarded_leg_and_is_not_lost() -> None:
     field = jammed("fred", "ginger")
     field.order(mission("ginger"))
