@@ -5,11 +5,11 @@ answers, and a restart loses nothing. What is said is in the event log.
 """
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import delete, or_, select
+from sqlalchemy import Select, delete, or_, select
 from sqlalchemy.orm import Session
 
 from app.agents.communications import SERVICE
@@ -315,7 +315,7 @@ class SpeechService:
 
     def _end_late(self, rows: Sequence[ConversationRow], now_s: float) -> None:
         with self._database.write() as session:
-            for known in rows:
+            for known in sorted(rows, key=lambda one: (one.id, one.robot)):
                 row = session.get(ConversationRow, (known.id, known.robot), with_for_update=True)
                 if row is None or row.is_over or row.reply_by_s is None or now_s < row.reply_by_s:
                     continue
@@ -392,6 +392,22 @@ class SpeechService:
                 **told,
             ),
         )
+
+
+def in_order(query: Select[ConversationRow]) -> Select[ConversationRow]:
+    """The order in which all who lock several conversations lock them."""
+    return query.order_by(ConversationRow.id, ConversationRow.robot)
+
+
+def end_with_robots(session: Session, world: str, here: Collection[str]) -> None:
+    """Have conversations with robots that the world no longer has time out, so that nobody waits for their answers."""
+    gone = (
+        ConversationRow.world == world,
+        ConversationRow.robot.not_in(here),
+        ConversationRow.is_over.is_(False),
+    )
+    for row in session.scalars(in_order(select(ConversationRow).where(*gone)).with_for_update()):
+        row.reply_by_s = 0.0
 
 
 def end_conversations(session: Session, world: str, reason: str) -> None:

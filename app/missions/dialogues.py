@@ -369,7 +369,10 @@ class DialogueService:
         except OutOfProtocol as error:
             raise Conflict(str(error), code="out-of-protocol") from error
         self._note(row, actor, performative, word.text, word.text, key=word.key)
-        self._tell(session, row, actor)
+        if conversation.is_over:  # by reject-proposal
+            self._become(session, row, DialogueState.WITHDRAWN, actor, "its bid was not taken")
+        else:
+            self._tell(session, row, actor)
 
     def _withdraw(
         self, session: Session, row: DialogueRow, actor: str, comment: str, *, key: str | None = None

@@ -9,6 +9,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session, defer
 
 from app.agents.rules import renew_rules
+from app.agents.speech import end_with_robots
 from app.agents.tuning import renew_tunings
 from app.core import Core
 from app.domain.errors import Conflict, Invalid, MactaError, NotFound, Outdated
@@ -37,7 +38,6 @@ from app.missions.embodiment_record import end_for_replaced
 from app.missions.world_set import FileChecks
 from app.planning.waiting_goals import WaitingGoals
 from app.store import (
-    ConversationRow,
     DialogueRow,
     EditionRow,
     EmbodimentRow,
@@ -484,12 +484,12 @@ def _forget_gone(session: Session, world: WorldFile) -> None:
         TuningRow,
         RulesRow,
         RoleRow,
-        ConversationRow,
         DialogueRow,
         EmbodimentRow,
     )
     for table in tables:
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
+    end_with_robots(session, world.name, here)
     session.execute(
         delete(FactsheetRow).where(
             FactsheetRow.world == world.name,

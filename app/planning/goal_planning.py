@@ -67,7 +67,10 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return session.get_one(GoalRow, subject_id, with_for_update=lock)
 
     def attempt_key(self, subject: GoalRow) -> Hashable:
-        return (subject.attempts, subject.releases_seen) if subject.state == GoalState.PLANNING else None
+        if subject.state != GoalState.PLANNING:
+            return None
+        tender = tender_of(subject)
+        return subject.attempts, subject.releases_seen, None if tender is None else tender.state
 
     def begin(self, session: Session, subject: GoalRow) -> PlanningTask | None:
         goal = subject

@@ -71,7 +71,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
     """A durable job that plans for a goal or a mission, the subject."""
 
     step_name: ClassVar[str]
-    """The name that the workflow's step is recorded under."""
+    """The name of the workflow's step, in the log and in the reason of a job that is given up."""
     priority: ClassVar[Priority]
 
     def __init__(self, core: Core, *, worker: PlanningWorker, clock: WallClock = SYSTEM_CLOCK) -> None:

@@ -11,8 +11,8 @@ from app.domain.mission_organiser import Library, OrganiserFailure, organise
 from app.store import ConversationRow
 from planner import PlanNet
 from robots.executive.offer import Offer
-from robots.social import ContentError, parse_term
-from robots.social.legs import call_of, offer_of
+from robots.social import ContentError, Term, parse_term
+from robots.social.legs import MOST_PACKETS, call_of, offer_of
 from robots.social.protocols import CONTRACT_NET
 from robots.wire import MAX_CONTENT, BehaviourPacket, BehaviourScript, Performative
 from robots.world import BIDS, WorldFile
@@ -63,10 +63,7 @@ class LegCalls:
 
         :raises Conflict: if the packets are too many for a message.
         """
-        content = call_of(leg, [_as_of(packet, planned, robot) for packet in packets])
-        if len(str(content)) > MAX_CONTENT:
-            detail = f"the part of {planned} is too long for a call: over {MAX_CONTENT} characters"
-            raise Conflict(detail, code="part-too-long")
+        content = call_content(leg, robot, planned, packets)
         if self._speech.unheard_reason(world, robot, BIDS):
             return False
         self._speech.open(
@@ -83,6 +80,18 @@ class LegCalls:
             conversation_id=conversation_id,
         )
         return True
+
+
+def call_content(leg: str, robot: str, planned: str, packets: Sequence[BehaviourPacket]) -> Term:
+    """The content of a call of `robot` for what `planned` does of a leg.
+
+    :raises Conflict: if the packets are too many for a message.
+    """
+    content = call_of(leg, [_as_of(packet, planned, robot) for packet in packets])
+    if len(packets) > MOST_PACKETS or len(str(content)) > MAX_CONTENT:
+        limits = f"{MOST_PACKETS} packets or {MAX_CONTENT} characters"
+        raise Conflict(f"the part of {planned} is too long for a call: over {limits}", code="part-too-long")
+    return content
 
 
 def offer_in(row: ConversationRow) -> tuple[Offer | None, str]:

@@ -6,11 +6,12 @@ conversations, the goal's tender, and the job that plans once all have answered,
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.agents.speech import SpeechService
+from app.agents.speech import SpeechService, in_order
 from app.core import Core
 from app.domain.errors import Conflict
 from app.domain.events import GoalBidsCalled
@@ -23,7 +24,7 @@ from app.domain.plan_document import PlanBody
 from app.domain.tender_document import BidBody, BidState, LegBody, OfferBody, PartBody, TenderBody
 from app.domain.world_model.beliefs import CAN
 from app.domain.world_model.vocabulary import planner_fact, symbolic
-from app.planning.leg_calls import LegCalls, offer_in
+from app.planning.leg_calls import LegCalls, call_content, offer_in
 from app.planning.problem_builder import GoalProblem
 from app.planning.proposals import plan_row
 from app.planning.requests import PlanningRequests
@@ -76,6 +77,11 @@ class Tenders:
             return tender
         try:
             packets = self._packets(session, net, goal.world)
+            for leg in legs:
+                for planned, actions in leg.actions.items():
+                    mine = [packets[planned, action.id] for action in actions]
+                    for robot in self._worlds[goal.world].robots:
+                        call_content(f"leg_{len(legs)}", robot.name, planned, mine)
         except Conflict as conflict:
             tender_lifecycle.plan_centrally(tender, conflict.detail)
             return tender
@@ -128,7 +134,11 @@ class Tenders:
         }
         tender = tender.with_bids(bids)
         if not tender.has_bids and not _some_decline(tender):
-            tender_lifecycle.plan_centrally(tender, "no robot has answered the calls in time")
+            answered = any(
+                bid.offer is not None for leg in tender.legs for part in leg.parts for bid in part.bids
+            )
+            why = "planning recruits none of those that have bid" if answered else "no robot has answered the calls in time"
+            tender_lifecycle.plan_centrally(tender, why)
             return tender
         tender = tender.allocated()
         tender_lifecycle.award(tender)
@@ -160,7 +170,7 @@ class Tenders:
             ConversationRow.opener == OPENER,
             ConversationRow.is_over.is_(False),
         )
-        for row in session.scalars(query.with_for_update()):
+        for row in session.scalars(in_order(query).with_for_update()):
             if (row.id, row.robot) in beside:
                 continue
             if row.state == ContractNetState.PROPOSED:
@@ -182,7 +192,7 @@ class Tenders:
             for leg in legs
             for part, robot in zip(leg.parts, leg.team, strict=True)
         }
-        for (conversation, robot), leg in won.items():
+        for (conversation, robot), leg in sorted(won.items(), key=lambda one: one[0]):
             row = session.get(ConversationRow, (conversation, robot), with_for_update=True)
             if row is not None and row.state == ContractNetState.PROPOSED:
                 row.about = mission.id
@@ -308,6 +318,12 @@ class Tenders:
         for row in self._awarded(session, mission.id):
             self._speech.cancel(row, "a repaired plan has taken the place of its script")
         net = self._core.plan_nets.of(session, mission.plan_id)
+        with suppress(Conflict):  # a leg that is too long for a call is done without an award
+            self._call_again(session, mission, legs, net)
+
+    def _call_again(
+        self, session: Session, mission: MissionRow, legs: Sequence[LegBody], net: PlanNet
+    ) -> None:
         scripts = {one.robot: one for one in self._calls.scripts(session, net, self._worlds[mission.world])}
         for leg in legs:
             for robot in leg.team:
@@ -342,7 +358,7 @@ class Tenders:
             ConversationRow.opener.in_((OPENER, AGAIN)),
             ConversationRow.is_over.is_(False),
         )
-        return session.scalars(query.with_for_update()).all()
+        return session.scalars(in_order(query).with_for_update()).all()
 
 
 def tender_of(goal: GoalRow) -> TenderBody | None:

@@ -100,14 +100,19 @@ class Workflows:
             assert DBOS.workflow_id is not None
             with self._lock:
                 self._executing.update(makes_room_in)
+                # One that another process had taken over, and that came back here.
+                earlier = self._runs.get(DBOS.workflow_id)
                 self._runs[DBOS.workflow_id] = run
                 if self._is_closing:
                     run.interrupt()
+            if earlier is not None:
+                earlier.interrupt()
             try:
                 function(subject)
             finally:
                 with self._lock:
-                    del self._runs[DBOS.workflow_id]
+                    if self._runs.get(DBOS.workflow_id) is run:
+                        del self._runs[DBOS.workflow_id]
                     full = [queue for queue in makes_room_in if self._executing[queue] >= queue.at_once]
                     self._executing.subtract(makes_room_in)
                 for queue in full:

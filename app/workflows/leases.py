@@ -3,8 +3,9 @@
 Each process writes a heartbeat every `HEARTBEAT_S`. A process without one for `DEAD_AFTER_S`, or one that has ended,
 counts as dead: the others take over its workflows and its leases of worlds. Time is the database server's, so the
 machines' clocks need not agree. A process that was only suspended may continue: its leases have lapsed by then and it
-dequeues nothing, and what both processes did meanwhile is recorded once, as all steps and messages are. While the
-server is unavailable, no process can write a heartbeat: silence counts from when the server is available again.
+dequeues nothing, and what both processes did meanwhile is recorded once, for every step finds in the record what is
+done. While the server is unavailable, no process can write a heartbeat: silence counts from when the server is
+available again.
 """
 
 import logging

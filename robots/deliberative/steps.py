@@ -224,7 +224,7 @@ class _Chosen:
             self._begun_s = now_s
         if self._current is None and not self._is_informed() and now_s < self._begun_s + FIRST_READING_S:
             return None
-        if self._current is not None and self._may_choose_again():
+        if self._current is not None and self._means.actuators.senses and self._may_choose_again():
             self._tried.discard(self._key)
             self._current = None
         while True:

@@ -254,6 +254,7 @@ class WorldLoop:
             self._simulation.step_control_cycle()
             self._show_time()
             self._debugger.stand_again()
+            self._renew_pace()
             self._take_snapshot()
         elif not one_cycle:
             self._debugger.go_on()

@@ -122,6 +122,15 @@ def test_any_performative_reaches_the_robot_and_an_answer_goes_on_with_it(
     assert [one[:2] for one in robot.heard] == [("cfp", "leg(1)"), ("accept-proposal", "award(1)")]
 
 
+def test_a_rejected_bid_ends_the_dialogue(api: TestClient, team: FakeTeam) -> None:
+    robot = known(api, team)
+    robot.says["leg"] = [(Performative.PROPOSE, "bid(1)")]
+    called = say(api, "CFP content:leg(1)").json()
+    read_until(api, f"{WORDS}/{called['id']}", lambda one: one["lines"][-1]["performative"] == "propose")
+    ended = say(api, "REJECT-PROPOSAL content:reject(1)", dialogue=called["id"]).json()
+    assert (ended["state"], ended["reason"]) == ("withdrawn", "its bid was not taken")
+
+
 @pytest.mark.parametrize(
     ("answer", "state", "reason"),
     [

@@ -4,10 +4,14 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
+from app.agents.speech import end_with_robots
 from app.domain.tender_document import BidState, LegBody
 from app.store import ConversationRow, EventRow, MissionRow
+from planner import UNOBSERVED, Observer, PlanningProblem, PlanningRequest, PlanningResult
 from robots.social import parse_term
 from robots.world import WorldFile
+from tests.app.missions.mission_services import WORLD
+from tests.app.planning.store_engine import StoreEngine
 from tests.app.planning.tendering import GOAL, Tendering
 
 STORED = "in(sample_1, bay_7)"
@@ -105,6 +109,52 @@ def test_a_goal_is_planned_centrally_if_no_robot_answers_in_time(tendering: Tend
     assert states(tendering.tender.legs[0])["yard_1"] == BidState.SILENT
     tendering.approve()
     assert {row.state for row in tendering.conversations()} == {"timed_out"}
+
+
+def test_a_robot_that_leaves_the_world_holds_up_no_goal(tendering: Tendering) -> None:
+    tendering.plan(STORED, deaf=("yard_2",))
+    assert tendering.goal().state == "planning"
+    with tendering.services.database.write() as session:
+        end_with_robots(session, WORLD, [name for name in EVERYONE if name != "yard_2"])
+    tendering.run(0.5, deaf=("yard_2",))
+    assert tendering.services.plan_once(GOAL).state == "planned"
+
+
+def test_legs_that_are_too_long_for_a_call_are_planned_centrally(
+    tendering: Tendering, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.planning.leg_calls.MAX_CONTENT", 40)
+    tendering.submit(STORED)
+    goal = tendering.services.plan_once(GOAL)
+    assert (goal.state, tendering.tender.state) == ("planned", "central")
+    assert "too long for a call" in tendering.tender.reason
+
+
+class Overtaken(StoreEngine):
+    """While it plans for the first time, another process plans the same goal."""
+
+    def __init__(self, meanwhile: Callable[[], object]) -> None:
+        super().__init__()
+        self._meanwhile: Callable[[], object] | None = meanwhile
+
+    def plan(
+        self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
+    ) -> PlanningResult:
+        meanwhile, self._meanwhile = self._meanwhile, None
+        if meanwhile is not None:
+            meanwhile()
+        return super().plan(problem, request, observer)
+
+
+def test_a_first_plan_that_comes_late_is_not_taken_for_the_second(
+    database_url: str, world_file: WorldFile
+) -> None:
+    tendering: Tendering = Tendering(
+        database_url, world_file, engine=Overtaken(lambda: tendering.services.plan_once(GOAL))
+    )
+    tendering.submit(STORED)
+    assert (tendering.goal().state, tendering.tender.state) == ("planning", "called")
+    tendering.close()
 
 
 def test_a_silent_robot_may_still_be_recruited_where_nobody_bids(tendering: Tendering) -> None:

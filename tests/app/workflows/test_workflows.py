@@ -204,6 +204,22 @@ def test_a_run_ends_whose_workflow_another_process_has_taken_over(
         assert tuple(session.execute(query).one()) == ("PENDING", "another")
 
 
+def test_a_workflow_that_comes_back_to_its_process_has_one_run(
+    database: Database, carried_out: Queue[str]
+) -> None:
+    """As if another process had counted this one as dead, and this one had dequeued the workflow again."""
+    if not database.shared:
+        return  # there is one process
+    workflows = sleeping(database, carried_out)
+    with database.write() as session:
+        assert workflows.recover_executor(session, workflows.executor) == 1
+    assert sorted(carried_out.get(timeout=30) for _ in range(2)) == ["Interrupted", "asleep"]
+    with database.write() as session:
+        workflows.wake(session, "mine")
+    assert carried_out.get(timeout=30) == "awake"
+    workflows.close()
+
+
 def test_a_workflow_is_woken_by_what_another_process_writes(
     database: Database, carried_out: Queue[str]
 ) -> None:
