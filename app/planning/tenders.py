@@ -134,10 +134,10 @@ class Tenders:
         }
         tender = tender.with_bids(bids)
         if not tender.has_bids and not _some_decline(tender):
-            answered = any(
-                bid.offer is not None for leg in tender.legs for part in leg.parts for bid in part.bids
-            )
-            why = "planning recruits none of those that have bid" if answered else "no robot has answered the calls in time"
+            heard = [bid for leg in tender.legs for part in leg.parts for bid in part.bids]
+            why = "no robot has answered the calls in time"
+            if any(bid.offer is not None for bid in heard):
+                why = "planning recruits none of those that have bid"
             tender_lifecycle.plan_centrally(tender, why)
             return tender
         tender = tender.allocated()
