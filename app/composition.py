@@ -223,7 +223,12 @@ class Service:
         self._files.removed.append(self.board.forget)
         self.contact = ContactMonitor(self.board, clocks=self.clocks, worlds=self._files)
         self._files.removed.append(self.contact.forget)
-        self.questions = Questions(patience_s=settings.answer_patience_s)
+        repertoire = self.packs.repertoire()
+        self.rules = RuleService(self.core, worlds=self._files, repertoire=repertoire)
+        self.breakpoints = BreakpointService(
+            self.core, files=self._files, running=self._running, rules=self.rules
+        )
+        self.questions = Questions(patience_s=settings.answer_patience_s, why_mute=self.breakpoints.why_mute)
         self.worlds = WorldService(
             self.core,
             worlds=self._files,
@@ -243,12 +248,11 @@ class Service:
             contact=self.contact,
             perceives=self._perceives,
             impersonation=self.impersonations.of,
+            stands=self.breakpoints.stands,
         )
         self._paces = self._running.each(lambda world: world.pace)
         self.teleoperation = Teleoperation(self.robots, self._paces)
-        repertoire = self.packs.repertoire()
         self.tunings = TuningService(self.core, worlds=self._files, repertoire=repertoire)
-        self.rules = RuleService(self.core, worlds=self._files, repertoire=repertoire)
         self.speech = SpeechService(self.core, worlds=self._files, clocks=self.clocks, paces=self._paces)
 
     def _wire_planning(self) -> None:
@@ -550,9 +554,7 @@ class Service:
             questions=self.questions,
             tunings=self.tunings,
             rules=self.rules,
-            breakpoints=BreakpointService(
-                self.core, files=self._files, running=self._running, rules=self.rules
-            ),
+            breakpoints=self.breakpoints,
             speech=self.speech,
             dialogues=self.dialogues,
             lost_robots=self.lost_robots,

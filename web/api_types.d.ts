@@ -355,6 +355,7 @@ interface Robot {
   kind?: string;
   state?: string;
   connection: string;
+  world_stands?: boolean;
   lost?: unknown;
   out_of_service?: { reason: string; taken_by: string } | null;
   silent?: boolean;

@@ -46,6 +46,7 @@ class BreakpointService:
         self._files = files
         self._running = running
         self._rules = rules
+        self._used: set[str] = set()
 
     def get(self, robot: str) -> RobotBreakpoints:
         spec, world = robot_and_world(self._files, robot)
@@ -63,6 +64,8 @@ class BreakpointService:
         spec, world = robot_and_world(self._files, robot)
         simulation = self._simulation(spec, world)
         self._check(robot, rules)
+        if rules:
+            self._used.add(world)
         try:
             debugging = simulation.break_at(robot, frozenset(rules))
         except RuntimeError as error:
@@ -71,6 +74,25 @@ class BreakpointService:
             told = BreakpointsSet(subject=robot, world=world, actor=actor, rules=tuple(sorted(set(rules))))
             self._events.append(session, told)
         return RobotBreakpoints(robot=robot, world=world, refusal="", debugging=debugging)
+
+    def stands(self, world: str) -> bool:
+        """Whether the world stands at a breakpoint now. Cheap for worlds that never had any."""
+        running = self._running.get(world) if world in self._used else None
+        simulation = None if running is None else running.debuggable
+        try:
+            return simulation is not None and bool(simulation.debugging().halts)
+        except RuntimeError:  # it is away
+            return False
+
+    def why_mute(self, robot: str) -> str:
+        """Why the robot answers nothing now, in words; empty: it may answer."""
+        _, world = robot_and_world(self._files, robot)
+        if not self.stands(world):
+            return ""
+        return (
+            f"{world} stands at a breakpoint, and {robot} answers nothing until it goes on: POST "
+            f"/v1/robots/{robot}/breakpoints:continue; GET /v1/robots/{robot}/breakpoints says where minds stand"
+        )
 
     def go_on(self, robot: str, *, one_cycle: bool) -> RobotBreakpoints:
         """Let the robot's world leave the breakpoint: for good, or for one control cycle.

@@ -2,7 +2,7 @@
 
 import threading
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
 from dataclasses import dataclass, field
@@ -27,8 +27,12 @@ class Question:
 class Questions:
     """Passes questions to the agent models and answers to the waiting clients. Thread-safe."""
 
-    def __init__(self, *, patience_s: float) -> None:
-        """:param patience_s: wall-clock seconds a robot may take to answer."""
+    def __init__(self, *, patience_s: float, why_mute: Callable[[str], str] = lambda robot: "") -> None:
+        """
+        :param patience_s: wall-clock seconds a robot may take to answer.
+        :param why_mute: why a robot cannot answer now, in words; empty: it may.
+        """
+        self._why_mute = why_mute
         self._patience_s = patience_s
         self._lock = threading.Lock()
         self._unsent: deque[Question] = deque()
@@ -37,7 +41,7 @@ class Questions:
     def trace(self, robot: str, seconds: float) -> TraceReport:
         """The robot's trace of behaviour synthesis over the last seconds. Blocks until the robot answers.
 
-        :raises Silent: if it does not in time.
+        :raises Silent: if it does not in time. :raises Conflict: if its world stands.
         :raises Conflict: if it has none: it refuses, or does not understand the question.
         :raises Busy: if `MAX_OPEN` questions to it are open.
         """
@@ -49,7 +53,7 @@ class Questions:
     def mind(self, robot: str) -> MindReport:
         """What the robot believes and is committed to. Blocks until the robot answers.
 
-        :raises Silent: if it does not in time.
+        :raises Silent: if it does not in time. :raises Conflict: if its world stands.
         :raises Conflict: if it refuses, or does not understand the question, as robots of older software do not.
         :raises Busy: if `MAX_OPEN` questions to it are open.
         """
@@ -100,6 +104,8 @@ class Questions:
         return True
 
     def _ask(self, question: Question) -> Body:
+        if why := self._why_mute(question.robot):
+            raise Conflict(why, code="world-stands", thing=question.robot)
         if not self._open_question(question):
             detail = f"{MAX_OPEN} questions to {question.robot} are open; ask again when it has answered"
             raise Busy(detail, code="too-many-questions")

@@ -38,6 +38,7 @@ class RobotReport:
     :param kind: `robot`, or the peripheral's.
     :param state: how a peripheral is believed to stand, in words of its facts; empty for a robot.
 
+    :param world_stands: True while its simulated world stands at a breakpoint.
     :param silent: True if nothing was received from it for longer than the gaps of its radio.
     :param next_contact_s: world seconds until contact is expected.
     :param senses: the predicates whose facts it senses.
@@ -54,6 +55,7 @@ class RobotReport:
     kind: str
     state: str
     connection: Connection
+    world_stands: bool
     last_heard_s: float | None
     silent: bool
     next_contact_s: float
@@ -81,9 +83,13 @@ class RobotDirectory:
         contact: ContactMonitor,
         perceives: Perceives,
         impersonation: Callable[[str], Impersonation | None] = lambda robot: None,
+        stands: Callable[[str], bool] = lambda world: False,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
-        """:param perceives: what robots sense by their sensors that do not say what they sense."""
+        """
+        :param perceives: what robots sense by their sensors that do not say what they sense.
+        :param stands: whether a world stands at a breakpoint.
+        """
         self._database = core.database
         self._facts = core.facts
         self._worlds = worlds
@@ -92,6 +98,7 @@ class RobotDirectory:
         self._impersonation = impersonation
         self._wall = wall
         self._perceives = perceives
+        self._stands = stands
 
     def robots(self, world: str | None = None) -> list[RobotReport]:
         """The robots of a world, or of all worlds, in alphabetical order.
@@ -128,6 +135,7 @@ class RobotDirectory:
                 for fact in self._facts.facts(session, name)
                 if fact.predicate in STATES
             }
+        standing = {name for name in {view.world for view in views.values()} if self._stands(name)}
         reports = []
         for name, view in sorted(views.items()):
             key = (view.world, name)
@@ -141,6 +149,7 @@ class RobotDirectory:
                             spec,
                             missions.get(key),
                             roles.get(key),
+                            world_stands=view.world in standing,
                             state="" if state is None else _state_words(state),
                             lost=lost.get(key),
                             out_of_service=resting.get(key),
@@ -171,6 +180,7 @@ class RobotDirectory:
         mission_id: str | None,
         role: str | None,
         *,
+        world_stands: bool,
         state: str,
         lost: LostRobotRow | None,
         out_of_service: OutOfServiceRow | None,
@@ -182,7 +192,11 @@ class RobotDirectory:
             view=view,
             kind=spec.kind.value if isinstance(spec, Peripheral) else ROBOT,
             state=state,
-            connection=view.connection(monotonic_s),
+            # Nothing is heard of a world that stands: that is no silence.
+            connection=Connection.ONLINE
+            if world_stands and not view.is_gone
+            else view.connection(monotonic_s),
+            world_stands=world_stands,
             last_heard_s=None
             if view.heard_monotonic_s is None
             else round(monotonic_s - view.heard_monotonic_s, 3),

@@ -397,6 +397,7 @@ class RobotBody(BaseModel):
     kind: str = Field(description="robot, door, hatch or lift")
     state: str = Field(default="", description="of a door or hatch: opened or closed; of a lift its level")
     connection: str
+    world_stands: bool = Field(description="its simulated world stands at a breakpoint: it says nothing")
     last_heard_s: float | None = Field(description="seconds ago, wall clock")
     heard_at_s: float | None = Field(description="when it was last heard, world's clock")
     silent: bool = Field(description="not heard for longer than its radio model explains")

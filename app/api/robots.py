@@ -227,6 +227,7 @@ def _robot(report: RobotReport) -> RobotBody:
         kind=report.kind,
         state=report.state,
         connection=report.connection,
+        world_stands=report.world_stands,
         last_heard_s=report.last_heard_s,
         heard_at_s=report.view.heard_s,
         silent=report.silent,

@@ -125,6 +125,28 @@ def test_the_world_stands_where_a_rule_fires_is_stepped_and_goes_on(
     assert put(api)["halts"] == [], "a world without breakpoints goes on"
 
 
+def test_robots_of_a_world_that_stands_are_said_to_stand_and_not_to_be_offline(
+    api: TestClient, simulation: Simulation
+) -> None:
+    def seen() -> tuple[str, bool]:
+        robot = api.get("/v1/robots/store_1").json()
+        return robot["connection"], robot["world_stands"]
+
+    put(api, "guard:2")
+    assert seen() == ("offline", False), "it has told nothing yet"
+    simulation.fire()
+    assert seen() == ("online", True)
+    for what in ("mind", "trace"):
+        mute = api.get(f"/v1/robots/store_1/{what}")
+        assert (mute.status_code, mute.json()["type"].rpartition(":")[2]) == (409, "world-stands")
+        assert "store_1 answers nothing until it goes on" in mute.json()["detail"]
+    simulation.is_gone = True
+    assert seen() == ("offline", False), "nobody knows where it stands"
+    simulation.is_gone = False
+    api.post(f"{BREAKPOINTS}:continue").raise_for_status()
+    assert seen() == ("offline", False)
+
+
 def test_a_breakpoint_where_no_rule_begins_is_refused_with_where_they_do(api: TestClient) -> None:
     answer = api.put(BREAKPOINTS, json={"rules": ["guard:3"]})
     assert answer.status_code == 422

@@ -43,7 +43,7 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
   /** @param {Robot} robot */
   function drawHead(robot) {
     // The time since it was heard is rounded, so that the buttons stay under the pointer.
-    const key = JSON.stringify([robot.connection, robot.lost, robot.mission_id, lastHeard(robot), standing(robot)]);
+    const key = JSON.stringify([robot.connection, robot.world_stands, robot.lost, robot.mission_id, lastHeard(robot), standing(robot)]);
     if (key === drawnHead) return;
     drawnHead = key;
     replace(
@@ -53,7 +53,7 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
         { class: "head" },
         el("h3", {}, robot.name),
         isPeripheral(robot) ? el("span", { "data-testid": "standing" }, `${robot.kind}, ${standing(robot)}`) : null,
-        el("span", { class: `badge ${robot.lost ? "bad" : tone(robot.connection)}`, "data-testid": "robot-connection" }, robot.lost ? "lost" : words(robot.connection)),
+        el("span", { class: `badge ${robot.lost ? "bad" : tone(robot.connection)}`, "data-testid": "robot-connection" }, robot.lost ? "lost" : robot.world_stands ? "at a breakpoint" : words(robot.connection)),
         el("span", { class: "quiet small" }, lastHeard(robot)),
         el("span", { class: "spring" }),
         robot.lost ? declare(robot, "declare_found", "Declare found") : robot.connection === "online" ? null : declare(robot, "declare_lost", "Declare lost"),
