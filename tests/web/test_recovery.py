@@ -116,12 +116,14 @@ def test_silence_is_stated_in_words_and_hatched_from_the_instant_it_began(
         "heard_at_s": service.time_s - 40.9,
     }
     service.hearing["store_1"] = unheard | {"heard_at_s": service.time_s - 5.0, "next_contact_s": 118.0}
+    service.hearing["yard_2"] = {"world_stands": True, "last_heard_s": 43.0}
     service.publish("mission.unknown", mission_id)
     expect(page.get_by_test_id("mission-state")).to_have_class("badge unknown")
     robots = page.get_by_test_id("robot")
     expect(robots.filter(has_text="yard_1")).to_contain_text("silent")
     expect(robots.filter(has_text="yard_1")).to_contain_text("last heard 43 s ago")
     expect(robots.filter(has_text="store_1")).to_contain_text("last heard 5 s ago, next contact in 2 min")
+    expect(robots.filter(has_text="yard_2")).to_contain_text("its world stands at a breakpoint")
     silences = page.get_by_test_id("silence")
     expect(silences).to_have_count(2)
     expect(silences.first).to_contain_text("yard_1 silent last heard 43 s ago")

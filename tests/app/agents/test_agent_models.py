@@ -3,11 +3,23 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from app.agents.agent_models import AgentModels, Reception
+import pytest
+
+from app.agents.agent_models import AgentModels, DueOrder, EmbodimentKeeper, Reception
 from app.composition import Service
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
-from robots.wire import Message, NotUnderstood, Performative, Receipt, Refusal, StatusReport, UnknownBody
+from robots.wire import (
+    Message,
+    MindOrderReport,
+    MindVerb,
+    NotUnderstood,
+    Performative,
+    Receipt,
+    Refusal,
+    StatusReport,
+    UnknownBody,
+)
 from robots.world import LinkSpec
 from tests.waiting import until
 
@@ -41,7 +53,9 @@ def report(message_id: str) -> Message:
 
 
 @contextmanager
-def agent_models(service: Service, link: InMemoryLink, reports: Reports) -> Iterator[None]:
+def agent_models(
+    service: Service, link: InMemoryLink, reports: Reports, embodiments: EmbodimentKeeper | None = None
+) -> Iterator[None]:
     """Of one robot, as long as the block."""
     agents = AgentModels(
         robots=lambda: {"yard_1": LinkSpec()},
@@ -54,6 +68,7 @@ def agent_models(service: Service, link: InMemoryLink, reports: Reports) -> Iter
         teleoperation=service.teleoperation,
         tunings=service.tunings,
         rules=service.rules,
+        embodiments=embodiments,
         readmit=lambda: None,
         world="sample_store",
     )
@@ -106,3 +121,38 @@ def test_a_robot_that_does_not_understand_a_request_on_a_script_refuses_it(servi
     assert reports.messages[0].body == Refusal(
         script_id="script-1", reason="not understood: unknown kind clearance"
     )
+
+
+class Minds:
+    """Takes what robots answer to orders to their minds, and orders nothing. Implements `EmbodimentKeeper`."""
+
+    def __init__(self) -> None:
+        self.answers: list[tuple[Performative, MindOrderReport]] = []
+
+    def due(self, world: str) -> Sequence[DueOrder]:
+        return ()
+
+    def has_leases(self, world: str) -> bool:
+        return False
+
+    def record_answer(
+        self, world: str, robot: str, performative: Performative, report: MindOrderReport
+    ) -> None:
+        self.answers.append((performative, report))
+
+
+@pytest.mark.parametrize(
+    ("request_id", "verb"), [("4:rest", "rest"), ("4:go_on", "go_on"), ("4:go_on:12.5", "go_on")]
+)
+def test_a_robot_that_does_not_understand_an_order_to_its_mind_refuses_it(
+    service: Service, request_id: str, verb: str
+) -> None:
+    near, far = InMemoryLink.pair()
+    body = NotUnderstood(reason="unknown kind mind_order")
+    far.send(report("m1").model_copy(update={"body": body, "in_reply_to": f"yard_1:mind:{request_id}"}))
+    minds = Minds()
+    with agent_models(service, near, Reports(), minds):
+        until(lambda: minds.answers)
+    reason = "not understood: unknown kind mind_order"
+    refusal = MindOrderReport(verb=MindVerb(verb), fence=4, reason=reason)
+    assert minds.answers == [(Performative.REFUSE, refusal)]

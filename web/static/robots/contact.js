@@ -8,7 +8,7 @@ import { roughly, words } from "../page/format.js";
  */
 export function contact(robot, now) {
   if (robot.lost) return { tone: "bad", word: "lost", note: lastHeard(robot, now) };
-  if (robot.world_stands) return { tone: "unknown", word: "at a breakpoint", note: "its world stands" };
+  if (robot.world_stands) return { tone: "unknown", word: "at a breakpoint", note: "its world stands at a breakpoint" };
   if (robot.silent) return { tone: "unknown", word: "silent", note: contactTimes(robot, now) };
   if (robot.connection === "online") return { tone: "good", word: "online", note: "" };
   if (robot.connection === "connection_broken") return { tone: "bad", word: "link broken", note: lastHeard(robot, now) };
