@@ -250,7 +250,7 @@ class MissionServices:
                 at_s=0.0,
                 corrects=True,
             )
-            wake_missions(session, self.core.workflows, WORLD, "facts")
+            wake_missions(session, self.core.workflows, WORLD)
 
     def stands(self, robot: str, place: str) -> None:
         """A robot that is not at work reports to stand near a place now."""
