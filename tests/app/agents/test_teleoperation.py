@@ -32,6 +32,8 @@ class InContact:
             unasked=None,
             impersonation=None,
             role=None,
+            world_stands=False,
+            body="simulated",
         )
 
 
