@@ -178,11 +178,10 @@ def test_a_choice_waits_while_the_robot_senses_nothing() -> None:
 
 def test_a_plan_that_waits_for_the_body_outlasts_a_moment_without_senses() -> None:
     agent, body = choosing(south=3.0)
-    body.is_free = False
+    body.is_busy = True
     agent.cycle(0.0, [ASKED])
-    body.senses = False
+    body.senses, known, body.measures = False, body.measures, {}
     agent.cycle(0.1)
-    body.senses = True
-    body.is_free = True
+    body.senses, body.measures, body.is_busy = True, known, False
     agent.cycle(0.2)
     assert begun(body) == [("SEEK_CHARGER", "south")]
