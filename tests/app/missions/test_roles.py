@@ -125,8 +125,12 @@ def test_a_goal_that_names_a_role_is_for_whoever_plays_it_when_it_is_planned(
     assert api.get(goal).json()["goal"] == [{"predicate": "near", "args": ["guard", "door_2"]}]
     assert follow(goal, "waiting")["reason"].startswith("waits for yard_1")
     give(api, "yard_2").raise_for_status()
+    both_at_once = follow(goal, "unsolvable")["reason"]  # planned anew, for those that play it now
+    assert both_at_once == "yard_1 is near door_2 or yard_2 is near door_2, not both"
     api.delete(path("yard_1")).raise_for_status()
-    plan = api.get(f"/v1/plans/{follow(goal, 'planned')['plan_id']}").json()
+    plan = api.get(
+        f"/v1/plans/{follow(stated(api, 'send the guard to door_2'), 'planned')['plan_id']}"
+    ).json()
     assert plan["goals"] == [{"predicate": "near", "args": ["yard_2", "door_2"]}]
 
     give(api, "store_2").raise_for_status()
