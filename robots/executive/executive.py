@@ -227,17 +227,9 @@ class Executive:
         reason = reason or why_not_now(run, self._profile, percepts, may_carry=may_carry)
         if reason is not None:
             return reason
-        try:
-            packets = OwnPackets(own, *self._prepare(own))
-        except RepertoireError as error:
-            return str(error)
-        if (reason := packets.why_not_between(self._profile, self._active_script)) is not None:
+        if (reason := self._begin_own(own)) is not None:
             return reason
-        self._own = packets
-        self.own_reason = ""
-        self._states.note(own.id, ScriptState.ACCEPTED)
-        self._states.note(own.id, ScriptState.RUNNING)
-        self._remark(run, f"stands for {packets.current.packet.tag} of {because}", percepts, now_s)
+        self._remark(run, f"stands for {own.packets[0].tag} of {because}", percepts, now_s)
         return None
 
     def withdraw_own(self, script_id: str, percepts: Percepts | None, now_s: float) -> None:
@@ -330,6 +322,10 @@ class Executive:
         """Run own packets while a leg is put to others, or return the reason against it."""
         if self._delegated is None or self._own is not None:
             return "no leg is put to others"
+        return self._begin_own(own)
+
+    def _begin_own(self, own: BehaviourScript) -> str | None:
+        """Begin own packets between those of the script, or return the reason against it."""
         try:
             packets = OwnPackets(own, *self._prepare(own))
         except RepertoireError as error:
