@@ -2,8 +2,9 @@
 
 import heapq
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Configuration
 from planner.fact import Fact
@@ -45,6 +46,53 @@ class Way:
     end: Configuration
 
 
+class _Search:
+    """Dijkstra's algorithm from one configuration on; each way that is asked for continues it as far as it must."""
+
+    def __init__(self, start: Configuration, steps: Callable[[Configuration], Sequence[Way]]) -> None:
+        self._start = start
+        self._steps = steps
+        self._spans = {start: 0.0}
+        self._before: dict[Configuration, tuple[Configuration, GroundAction]] = {}
+        self._settled: set[Configuration] = set()
+        self._with: dict[Fact, list[Configuration]] = defaultdict(list)
+        self._count = 0
+        self._queue: list[tuple[float, int, Configuration]] = [(0.0, self._count, start)]
+
+    def way(self, need: Configuration) -> Way | None:
+        """The quickest way to a configuration that has all of `need`, at least one fact; None if there is none."""
+        one = min(need)
+        end = next((here for here in self._with[one] if need <= here), None)
+        while end is None and self._queue and len(self._settled) < SETUP_STEPS:
+            here = self._settle()
+            end = here if here is not None and need <= here else None
+        return None if end is None else Way(actions=self._actions(end), end=end)
+
+    def _settle(self) -> Configuration | None:
+        """The next nearest configuration; None if the queue's next one was settled before."""
+        span, _, here = heapq.heappop(self._queue)
+        if here in self._settled:
+            return None
+        self._settled.add(here)
+        for fact in here:
+            self._with[fact].append(here)
+        for way in self._steps(here):
+            after = span + way.actions[0].duration_s
+            if after < self._spans.get(way.end, inf):
+                self._spans[way.end] = after
+                self._before[way.end] = here, way.actions[0]
+                self._count += 1
+                heapq.heappush(self._queue, (after, self._count, way.end))
+        return here
+
+    def _actions(self, end: Configuration) -> tuple[GroundAction, ...]:
+        actions = []
+        while end != self._start:
+            end, action = self._before[end]
+            actions.append(action)
+        return tuple(reversed(actions))
+
+
 class Setups:
     """The ways of one agent as the representative of its class."""
 
@@ -80,6 +128,7 @@ class Setups:
         self._ways: dict[tuple[Configuration, Configuration], Way | None] = {}
         self._steps: dict[Configuration, tuple[Way, ...]] = {}
         self._tables: dict[Configuration, FactTable] = {}
+        self._searches: dict[Configuration, _Search] = {}
 
     def way(self, start: Configuration, need: Configuration) -> Way | None:
         """The quickest way found to a configuration that has all of `need`; None if there is none."""
@@ -89,7 +138,9 @@ class Setups:
             possible = all(self._is_made(fact) for fact in need - start)
             direct = self._direct(start, need) if possible else None
             if possible and (direct is None or self._detours_pay):
-                self._ways[start, need] = self._search(start, need) or direct
+                if start not in self._searches:
+                    self._searches[start] = _Search(start, self.steps)
+                self._ways[start, need] = self._searches[start].way(need) or direct
             else:
                 self._ways[start, need] = direct
         return self._ways[start, need]
@@ -143,24 +194,6 @@ class Setups:
                 for full in self._joined(op, self._static[op.name], binding)
             ]
         return self._achievers_of[wanted]
-
-    def _search(self, start: Configuration, need: Configuration) -> Way | None:
-        """Dijkstra's algorithm over configurations."""
-        done: set[Configuration] = set()
-        queue: list[tuple[float, int, Configuration, tuple[GroundAction, ...]]] = [(0.0, 0, start, ())]
-        count = 0
-        while queue and len(done) < SETUP_STEPS:
-            span, _, here, actions = heapq.heappop(queue)
-            if need <= here:
-                return Way(actions=actions, end=here)
-            if here in done:
-                continue
-            done.add(here)
-            for way in self.steps(here):
-                count += 1
-                step = way.actions[0]
-                heapq.heappush(queue, (span + step.duration_s, count, way.end, (*actions, step)))
-        return None
 
     def _outcome(self, start: Configuration, action: GroundAction) -> Way | None:
         classified = self._classified

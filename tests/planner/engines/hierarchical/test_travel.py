@@ -1,8 +1,14 @@
 """Configurations, needs and the ways between them, said once for agents that are alike."""
 
-import pytest
+from collections.abc import Sequence
+from dataclasses import replace
+from random import Random
 
-from planner import Fact, KnowledgeBase
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from planner import Fact, KnowledgeBase, PlanningProblem, load_knowledge_base
 from planner.engines.hierarchical.legs.travel import NEAREST, Travel
 from tests.planner.engines.hierarchical.composing import ProblemSetup
 from tests.planner.engines.hierarchical.worlds import Store
@@ -82,3 +88,47 @@ def test_an_agent_leaves_for_what_is_in_nobodys_way(world: ProblemSetup, travel:
     assert "door_0" not in ends
     assert "door_2" in ends
     assert not travel.leave("yard_0", here, clear, wanted), "the same ways are not added twice"
+
+
+def _shortest_s(
+    base: KnowledgeBase, problem: PlanningProblem, places: Sequence[str]
+) -> dict[tuple[str, str], float]:
+    """Between all places, by whatever others (Floyd and Warshall)."""
+    way = {"robots": "yard_0", "rel1": "near", "rel2": "near", "area": "yard"}
+    spans = {
+        (one, other): base.ground(
+            "NAVIGATE", {**way, "ref1": one, "ref2": other}, problem.functions, objects=problem.objects
+        ).duration_s
+        for one in places
+        for other in places
+        if one != other
+    }
+    for via in places:
+        for one in places:
+            for other in places:
+                if len({one, via, other}) == 3:
+                    spans[one, other] = min(spans[one, other], spans[one, via] + spans[via, other])
+    return spans
+
+
+@settings(max_examples=20, deadline=None)
+@given(chance=st.randoms(use_true_random=False))
+def test_ways_are_the_shortest_in_whatever_order_they_are_asked_for(chance: Random) -> None:
+    base = load_knowledge_base()
+    straight = Store(doors=4, aisles=1).problem([inside("sample", "bay_0_0")], {"sample": "door_0"})
+    longer = {key: value * chance.uniform(1.0, 4.0) for key, value in straight.functions.items()}
+    problem = replace(straight, functions=longer)
+    places = ["home_yard_0", "interchange_0_0", *(f"door_{n}" for n in range(4))]
+    spans = _shortest_s(base, problem, places)
+    setups = ProblemSetup.of(base, problem).setups("yard_0")
+    pairs = sorted(spans)
+    chance.shuffle(pairs)
+    for one, other in pairs:
+        way = setups.way(_empty_near("yard_0", one), near("yard_0", other))
+        assert way is not None
+        assert way.end == _empty_near("yard_0", other)
+        assert sum(action.duration_s for action in way.actions) == pytest.approx(spans[one, other])
+
+
+def _empty_near(robot: str, place: str) -> frozenset[Fact]:
+    return near(robot, place) | {Fact("robot_attribute", (robot, "gripper", "empty"))}
