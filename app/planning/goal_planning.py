@@ -30,6 +30,7 @@ from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders, tender_of
 from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, MissionRow, PlanRow
+from app.workflows import current_workflow
 from planner import KnowledgeBaseError, PlanningRequest, PlanningStatus
 
 
@@ -90,6 +91,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
                 self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             return None
         goal_lifecycle.begin_planning(goal)
+        goal.planned_by = current_workflow()
         self._events.append(session, GoalPlanningBegan(subject=goal.id))
         return self._task(session, goal, self._expired(session, goal))
 
@@ -152,6 +154,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         self, session: Session, subject: GoalRow, task: PlanningTask, result: WorkResult[Solutions]
     ) -> None:
         goal = subject
+        goal.planned_by = None
         if self._goes_on(session, goal, task, result):
             return
         if result.answer is not None:

@@ -15,7 +15,7 @@ from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.recovery import RecoveryStep, note_blockers, waits_for
 from app.store import GoalRow, MissionRow, WorldRow
-from app.workflows import PLAN_WAITING, WAITING, step
+from app.workflows import PLAN_WAITING, WAITING, current_workflow, step
 
 GOALS_PER_WORKFLOW = 25
 """Goals after which a new workflow continues, so that the waiting goals of other worlds have their turn."""
@@ -104,7 +104,10 @@ class WaitingGoals:
             self._wake(session, goal.world)
 
     def run(self, world: str, *, plan: Callable[[str], None]) -> None:
-        """The workflow: plan the world's waiting goals that were last planned before the newest release."""
+        """The workflow: plan the world's waiting goals that were last planned before the newest release.
+
+        A goal that it was planning when its process ended comes first: it waits no longer, and nothing else plans it.
+        """
         for _ in range(GOALS_PER_WORKFLOW):
             goal_id = step("next", lambda: self._next(world))
             if goal_id is None:
@@ -114,7 +117,7 @@ class WaitingGoals:
 
     def _next(self, world: str) -> str | None:
         with self._database.read() as session:
-            return most_urgent(session, world)
+            return _being_planned(session, world) or most_urgent(session, world)
 
     def _continue_as_new(self, world: str) -> None:
         with self._database.write() as session:
@@ -140,6 +143,16 @@ def _waiting_missions(world: str) -> Select[MissionRow]:
 
 def _releases(session: Session, world: str) -> int:
     return session.scalars(select(WorldRow.releases).where(WorldRow.id == world)).one()
+
+
+def _being_planned(session: Session, world: str) -> str | None:
+    """The goal whose planning by the current workflow has not been concluded."""
+    query = select(GoalRow.id).where(
+        GoalRow.world == world,
+        GoalRow.state == GoalState.PLANNING,
+        GoalRow.planned_by == current_workflow(),
+    )
+    return session.scalar(query)
 
 
 def most_urgent(session: Session, world: str) -> str | None:

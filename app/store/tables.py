@@ -295,10 +295,10 @@ class GoalRow(Base):
     """A goal.
 
     `releases_seen`: the world's `releases` at its last planning; `limits`: the requested planning options; `planning`:
-    the progress while planning runs; `stop_requested`: planning is to end with the best plan so far; `alternatives`:
-    the state of the search for alternatives; `waits_for`: the blockers that a waiting goal waits for; `terms`: its
-    constraints, and how its sentence was read; `allocation`: how its robots are chosen; `tender`: the bids for it, see
-    `app.domain.tender_document`.
+    the progress while planning runs; `planned_by`: the workflow that plans it now; `stop_requested`: planning is to end
+    with the best plan so far; `alternatives`: the state of the search for alternatives; `waits_for`: the blockers that
+    a waiting goal waits for; `terms`: its constraints, and how its sentence was read; `allocation`: how its robots are
+    chosen; `tender`: the bids for it, see `app.domain.tender_document`.
     """
 
     __tablename__ = "goals"
@@ -319,6 +319,7 @@ class GoalRow(Base):
     releases_seen: Mapped[int] = mapped_column(default=0)
     limits: Mapped[dict[str, Any]] = mapped_column(default=dict, info=UNLISTED)
     planning: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    planned_by: Mapped[str | None] = mapped_column(info=UNLISTED)
     stop_requested: Mapped[bool] = mapped_column(default=False)
     alternatives: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     waits_for: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), info=UNLISTED)

@@ -18,7 +18,7 @@ from app.workflows.queues import (
     WAITING,
     Queue,
 )
-from app.workflows.steps import StepFailed, or_give_up, sleep_until_woken, step
+from app.workflows.steps import StepFailed, current_workflow, or_give_up, sleep_until_woken, step
 
 __all__ = [
     "FIND_ALTERNATIVES",
@@ -34,6 +34,7 @@ __all__ = [
     "Queue",
     "StepFailed",
     "Workflows",
+    "current_workflow",
     "or_give_up",
     "sleep_until_woken",
     "step",

@@ -95,9 +95,9 @@ class Workflows:
         """
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
-            run = Run()
-            CURRENT_RUN.set(run)
             assert DBOS.workflow_id is not None
+            run = Run(DBOS.workflow_id)
+            CURRENT_RUN.set(run)
             with self._lock:
                 self._executing.update(makes_room_in)
                 # One that another process had taken over, and that came back here.

@@ -36,7 +36,8 @@ class Interrupted(BaseException):
 class Run:
     """One run of a workflow in this process."""
 
-    def __init__(self) -> None:
+    def __init__(self, workflow_id: str) -> None:
+        self.workflow_id = workflow_id
         self._interrupted = threading.Event()
         self._woken = threading.Event()
 
@@ -100,6 +101,12 @@ def or_give_up(work: Callable[[], None], give_up: Callable[[str], None]) -> None
     except StepFailed as failure:
         reason = str(failure)
         step("give up", lambda: give_up(reason))
+
+
+def current_workflow() -> str | None:
+    """The id of the workflow that this thread carries out; None if it carries out none."""
+    run = CURRENT_RUN.get(None)
+    return None if run is None else run.workflow_id
 
 
 def sleep_until_woken(timeout_s: float) -> None:

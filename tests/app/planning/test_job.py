@@ -1,6 +1,8 @@
 """A planning job's turn: its result is recorded, unless the record wants another one, or none, by then."""
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from contextvars import copy_context
 from dataclasses import replace
 from typing import Any
 
@@ -28,6 +30,7 @@ from app.planning.waiting_goals import WaitingGoals
 from app.store import Database, GoalRow, PlanRow, WorldRow
 from app.store.migrate import migrate
 from app.workflows import PLAN_WAITING
+from app.workflows.steps import CURRENT_RUN, Interrupted, Run
 from planner import PlanNet, PlanningResult, PlanningStatus
 from tests.app.planning.record import STORE, WORLD, StoreRecord
 from tests.app.planning.store_engine import StoreEngine
@@ -267,6 +270,37 @@ def test_nothing_is_recorded_when_the_service_ends(
 ) -> None:
     worker.is_closed = True
     assert planned(record, worker, planning).state == GoalState.PLANNING
+
+
+def plan_waiting_goals(record: StoreRecord, workflow: str, plan: Callable[[str], None]) -> None:
+    """Run the workflow that plans the world's waiting goals, in a process that ends when `plan` says so."""
+
+    def run() -> None:
+        CURRENT_RUN.set(Run(workflow))
+        WaitingGoals(record.core).run(WORLD, plan=plan)
+
+    with suppress(Interrupted):
+        copy_context().run(run)
+
+
+def test_a_waiting_goal_whose_planning_was_interrupted_is_planned_on_by_the_workflow_that_planned_it(
+    record: StoreRecord, worker: InterruptedWorker, planning: GoalPlanningJob
+) -> None:
+    worker.goal_id = record.add_goal(state=GoalState.WAITING, reason="waits", priority=9, releases_seen=-1)
+
+    def plan_until_the_process_ends(goal_id: str) -> None:
+        planning.plan_once(goal_id)
+        raise Interrupted
+
+    worker.is_closed = True
+    plan_waiting_goals(record, "waiting-1", plan_until_the_process_ends)
+    assert record.goal(worker.goal_id).state == GoalState.PLANNING
+    worker.is_closed = False
+    plan_waiting_goals(record, "waiting-2", plan_until_the_process_ends)
+    assert record.goal(worker.goal_id).state == GoalState.PLANNING
+    plan_waiting_goals(record, "waiting-1", plan_until_the_process_ends)
+    goal = record.goal(worker.goal_id)
+    assert (goal.state, goal.planned_by) == (GoalState.PLANNED, None)
 
 
 @pytest.fixture
