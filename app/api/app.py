@@ -146,16 +146,16 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
         redoc_url=None,
     )
     problems.install(api)
-    api.include_router(goals_router(service.goals, service.alternatives))
-    api.include_router(plans_router(service.plans, service.explanations, service.export))
-    api.include_router(plan_bids_router(service.plan_bids, service.tenders))
-    api.include_router(missions_router(service.missions))
-    api.include_router(worlds_router(service.worlds))
-    api.include_router(world_set_router(service.world_set, service.worlds))
-    api.include_router(holds_router(service.holds))
-    api.include_router(world_changes_router(service.world_changes, service.worlds.knowledge_base))
-    api.include_router(factsheets_router(service.factsheets))
-    api.include_router(
+    routers = [
+        goals_router(service.goals, service.alternatives),
+        plans_router(service.plans, service.explanations, service.export),
+        plan_bids_router(service.plan_bids, service.tenders),
+        missions_router(service.missions),
+        worlds_router(service.worlds),
+        world_set_router(service.world_set, service.worlds),
+        holds_router(service.holds),
+        world_changes_router(service.world_changes, service.worlds.knowledge_base),
+        factsheets_router(service.factsheets),
         robots_router(
             service.robots,
             service.questions,
@@ -164,16 +164,14 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
             service.lost_robots,
             service.out_of_service,
             service.factsheets,
-        )
-    )
-    api.include_router(robot_rules_router(service.rules, service.roles))
-    api.include_router(breakpoints_router(service.breakpoints))
-    api.include_router(conversations_router(service.robots, service.speech))
-    api.include_router(robot_sensors_router(service.sensor_sources))
-    api.include_router(embodiments_router(service.embodiments))
-    api.include_router(dialogues_router(service.dialogues))
-    api.include_router(teleoperation_router(service.teleoperation))
-    api.include_router(
+        ),
+        robot_rules_router(service.rules, service.roles),
+        breakpoints_router(service.breakpoints),
+        conversations_router(service.robots, service.speech),
+        robot_sensors_router(service.sensor_sources),
+        embodiments_router(service.embodiments),
+        dialogues_router(service.dialogues),
+        teleoperation_router(service.teleoperation),
         streams_router(
             events=service.events,
             board=service.board,
@@ -181,14 +179,17 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
             stopping=service.stopping,
             snapshot=lambda: _snapshot(service),
             max_open=service.settings.open_streams,
-        )
-    )
-    api.include_router(recordings_router(service.recordings, static))
-    api.include_router(executors_router(service.executors))
-    api.include_router(packs_router(service.packs))
-    api.include_router(view_router(viewer))
-    api.include_router(viewer_router(viewer, check.admits, max_open=service.settings.open_streams))
-    api.include_router(views_router(PageViews(), max_open=service.settings.open_streams))
+        ),
+        recordings_router(service.recordings, static),
+        executors_router(service.executors),
+        packs_router(service.packs),
+        view_router(viewer),
+        viewer_router(viewer, check.admits, max_open=service.settings.open_streams),
+        views_router(PageViews(), max_open=service.settings.open_streams),
+    ]
+    for router in routers:
+        # As they are: `include_router` would build each of these routes a second time, with the same settings.
+        api.routes.extend(router.routes)
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")
     api.add_middleware(DepartureMiddleware)

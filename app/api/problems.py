@@ -9,6 +9,7 @@ from urllib.parse import quote
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from fastapi.routing import APIRoute
 from pydantic import BaseModel, ConfigDict, Field
 from sqlalchemy.exc import DBAPIError, SQLAlchemyError
 from starlette.exceptions import HTTPException
@@ -157,11 +158,11 @@ def _where(request: Request) -> str:
 
 
 def _allowed(request: Request) -> set[str]:
-    """The methods of all API routes that match the path; empty if none does."""
-    paths = request.app.openapi()["paths"]
+    """The methods of all documented API routes that match the path; empty if none does."""
     return {
-        method.upper()
-        for path, operations in paths.items()
-        if re.fullmatch(re.sub(r"\\{\w+\\}", "[^/:]+", re.escape(path)), request.scope["path"])
-        for method in operations
+        method
+        for route in request.app.routes
+        if isinstance(route, APIRoute) and route.include_in_schema
+        if re.fullmatch(re.sub(r"\\{\w+\\}", "[^/:]+", re.escape(route.path_format)), request.scope["path"])
+        for method in route.methods or ()
     }

@@ -87,3 +87,35 @@ def test_a_request_that_gets_no_connection_to_the_database_is_told_to_come_back(
     assert answer.status_code == 503
     assert answer.json()["type"] == "urn:macta:problem:database-away"
     assert int(answer.headers["retry-after"]) > 0
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "allowed"),
+    [
+        ("PATCH", "/v1/goals", "GET, POST"),
+        ("DELETE", "/v1/missions/m", "GET"),
+        ("DELETE", "/v1/plans/p:approve", "POST"),
+    ],
+)
+def test_a_method_that_a_path_has_not_is_refused_with_those_it_has(
+    shared_api: TestClient, method: str, path: str, allowed: str
+) -> None:
+    answer = shared_api.request(method, path)
+    assert answer.status_code == 405
+    assert answer.json()["type"] == "urn:macta:problem:method-not-allowed"
+    assert answer.headers["allow"] == allowed
+
+
+def test_no_error_has_the_reference_made() -> None:
+    """It takes half a second, in which the service answers nobody."""
+    app = FastAPI()
+    install(app)
+
+    @app.get("/any")
+    def any_thing() -> None:
+        pass
+
+    client = TestClient(app)
+    assert client.get("/another").status_code == 404
+    assert client.post("/any").status_code == 405
+    assert app.openapi_schema is None
