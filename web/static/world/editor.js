@@ -112,8 +112,7 @@ export function createEditor(drawing, world) {
 
   /** @param {HTMLButtonElement[]} buttons @param {() => Promise<unknown>} request */
   async function apply(buttons, request) {
-    await attempt(buttons, box, request);
-    await load();
+    await attempt(buttons, box, () => request().finally(load));
     make.disabled = draft.edits.length === 0;
   }
 

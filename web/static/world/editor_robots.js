@@ -62,12 +62,10 @@ export function createRobotEditor(path, box, { add, reload }) {
 
   /** @param {HTMLButtonElement} button @param {() => Promise<unknown>} request */
   async function decide(button, request) {
-    let isDone = false;
     await attempt([button], box, async () => {
       await request();
-      isDone = true;
+      await reload();
     });
-    if (isDone) await reload();
   }
 
   return {
