@@ -21,7 +21,8 @@ GOALS = {"one": "move sample_1 to bay_7", "two": "move sample_4 to door_2"}
 LATEST_S = 4.0
 """At most so long after the service is ready it is killed."""
 SPEED = ("--speed", "12")
-GIVE_UP_S = 60.0
+GIVE_UP_S = 1000.0
+"""Of the world's time: on a busy machine it goes slower, as all else does. The two missions take some 250 s."""
 
 
 def used_until_it_is_killed(seen: Witness, service: Served, after_s: float) -> None:
@@ -39,11 +40,11 @@ def used_until_it_is_killed(seen: Witness, service: Served, after_s: float) -> N
 
 def used_until_all_is_over(seen: Witness, service: Served) -> None:
     """State every goal, those that are accepted once more, and look on."""
-    give_up = time.monotonic() + GIVE_UP_S
+    before_s = seen.observer.time_s
     with service.client() as api:
         seen.state_goals(api)
         while not seen.over:
-            assert time.monotonic() < give_up, seen.final
+            assert seen.observer.time_s < before_s + GIVE_UP_S, seen.final
             seen.look(api)
             time.sleep(0.05)
 
