@@ -6,9 +6,10 @@ from enum import StrEnum
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.allocation import Award, TenderedLeg, allocate, without
+from app.domain.blockers import Blockers
 from app.domain.goal_language.words import joined
 from app.domain.lifecycles.tender import TenderState
-from robots.executive.offer import Offer
+from robots.executive.offer import PASSING, Declining, Offer
 from robots.wire import SymbolicFact
 
 
@@ -61,6 +62,7 @@ class BidBody(BaseModel):
     state: BidState
     offer: OfferBody | None = None
     reason: str = Field(default="", description="why it has made no bid, or is not recruited")
+    declining: Declining | None = Field(default=None, description="the kind of reason why it declines")
     outcome: str = Field(
         default="",
         description="of its conversation, as far as that is known still: proposed (not decided on), rejected, awarded, "
@@ -147,6 +149,18 @@ class TenderBody(BaseModel):
             for bid in part.bids
             if not leg.team and bid.state is BidState.DECLINED
         ]
+
+    @property
+    def passing(self) -> Blockers:
+        """The robots that have declined legs that nobody is awarded, for reasons that may pass."""
+        robots = {
+            bid.robot: f"which declines {leg.id}: {bid.reason}"
+            for leg in self.legs
+            for part in leg.parts
+            for bid in part.bids
+            if not leg.team and bid.declining in PASSING
+        }
+        return Blockers(robots=robots)
 
     def with_bids(self, bids: Mapping[str, Sequence[BidBody]]) -> "TenderBody":
         """:param bids: by conversation."""

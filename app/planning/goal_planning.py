@@ -17,7 +17,7 @@ from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.tender import TenderState
 from app.domain.plan_document import PlanBody
-from app.domain.tender_document import Allocation
+from app.domain.tender_document import Allocation, TenderBody
 from app.planning.approval import AUTOMATIC, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
@@ -157,15 +157,15 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         goal.planned_by = None
         if self._goes_on(session, goal, task, result):
             return
+        tender = tender_of(goal)
         if result.answer is not None:
             self._propose(session, goal, task, result.answer[0])
-        elif result.waits_for:
+        elif blockers := result.waits_for or _declining(tender, result.status):
             self._forget_tender(session, goal)
-            goal_lifecycle.wait_for(goal, result.waits_for)
+            goal_lifecycle.wait_for(goal, blockers)
             self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             self._waiting.look_again(session, goal)
         else:
-            tender = tender_of(goal)
             declines = () if tender is None else tender.declines
             why = "; ".join((result.why, *declines))
             self._unsolvable(session, goal, result.status, task.problem.constraints.explaining(why))
@@ -226,3 +226,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         except KnowledgeBaseError:
             return None
         return ReplacedPlan(plan_id=plan.id, plan_net=net)
+
+
+def _declining(tender: TenderBody | None, status: PlanningStatus) -> Blockers | None:
+    """The robots without whom there is no plan, and which may bid later."""
+    return tender.passing if tender is not None and status is PlanningStatus.UNSOLVABLE else None

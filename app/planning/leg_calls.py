@@ -10,9 +10,9 @@ from app.domain.errors import Conflict
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
 from app.store import ConversationRow
 from planner import PlanNet
-from robots.executive.offer import Offer
+from robots.executive.offer import Declining, Offer
 from robots.social import ContentError, Term, parse_term
-from robots.social.legs import MOST_PACKETS, call_of, offer_of
+from robots.social.legs import MOST_PACKETS, call_of, declining_of, offer_of
 from robots.social.protocols import CONTRACT_NET
 from robots.wire import MAX_CONTENT, BehaviourPacket, BehaviourScript, Performative
 from robots.world import BIDS, WorldFile
@@ -103,6 +103,15 @@ def offer_in(row: ConversationRow) -> tuple[Offer | None, str]:
         return offer_of(parse_term(said[-1]["content"])), ""
     except ContentError as error:
         return None, str(error)
+
+
+def declining_in(row: ConversationRow) -> Declining | None:
+    """The kind of reason for which a robot has declined in a conversation."""
+    said = [one for one in row.said if one["performative"] == Performative.REFUSE]
+    try:
+        return declining_of(parse_term(said[-1]["content"])) if said else None
+    except ContentError:
+        return None
 
 
 def _as_of(packet: BehaviourPacket, planned: str, robot: str) -> BehaviourPacket:

@@ -24,7 +24,7 @@ from app.domain.plan_document import PlanBody
 from app.domain.tender_document import BidBody, BidState, LegBody, OfferBody, PartBody, TenderBody
 from app.domain.world_model.beliefs import CAN
 from app.domain.world_model.vocabulary import planner_fact, symbolic
-from app.planning.leg_calls import LegCalls, call_content, offer_in
+from app.planning.leg_calls import LegCalls, call_content, declining_in, offer_in
 from app.planning.problem_builder import GoalProblem
 from app.planning.proposals import plan_row
 from app.planning.requests import PlanningRequests
@@ -380,8 +380,10 @@ def _bid(robot: str, row: ConversationRow | None, withheld: str) -> BidBody:
         return BidBody(robot=robot, state=BidState.UNCALLED, reason="it does not speak bids")
     offer, reason = offer_in(row)
     if offer is None:
-        declined = row.state == ContractNetState.REFUSED
-        return BidBody(robot=robot, state=BidState.DECLINED if declined else BidState.SILENT, reason=reason)
+        if row.state == ContractNetState.REFUSED:
+            declining = declining_in(row)
+            return BidBody(robot=robot, state=BidState.DECLINED, reason=reason, declining=declining)
+        return BidBody(robot=robot, state=BidState.SILENT, reason=reason)
     made = OfferBody.model_validate(offer)
     state = BidState.WITHHELD if withheld else BidState.OFFERED
     return BidBody(robot=robot, state=state, offer=made, reason=withheld)

@@ -27,6 +27,10 @@ class Declining(StrEnum):
     """Its script is paused: nobody knows when it is free."""
 
 
+PASSING = (Declining.HOLDS, Declining.BATTERY, Declining.DRIVEN, Declining.PAUSED)
+"""Reasons that may pass with what a robot, a mission or an operator does next."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Declined:
     """No bid. `words`: for people."""

@@ -13,7 +13,7 @@ done(LEG, near(PLACE)), failed(LEG, "reason", ended(2), held(sample_1))    likew
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from robots.executive.offer import Declined, Offer
+from robots.executive.offer import Declined, Declining, Offer
 from robots.social.terms import Argument, ContentError, Term
 from robots.wire import BehaviourPacket, BehaviourScript
 
@@ -65,6 +65,12 @@ def bid_of(leg: str, made: Offer | Declined) -> Term:
     parts = [Term(name, (round(value, 3),)) for name, value in figures.items()]
     degraded = [Term("degraded", (sensor,)) for sensor in made.degraded]
     return Term("bid", (leg, *parts, *degraded))
+
+
+def declining_of(refusal: Term) -> Declining | None:
+    """The kind of reason that a refusal states; None if it states none that is known."""
+    kinds = {kind.value: kind for kind in Declining}
+    return kinds.get(refusal.words[1]) if len(refusal.args) > 1 else None
 
 
 def offer_of(bid: Term) -> Offer:

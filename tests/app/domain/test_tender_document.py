@@ -1,6 +1,7 @@
 """A goal's tender: who is awarded what, who may be recruited, and what happens when a winner fails."""
 
 from app.domain.tender_document import BidBody, BidState, LegBody, OfferBody, PartBody, TenderBody
+from robots.executive.offer import Declining
 from tests.app.sample_store import said
 
 ROBOTS = ("fred", "ginger", "rose")
@@ -76,3 +77,11 @@ def test_without_awards_those_who_declined_are_still_left_out() -> None:
     made = tender(leg("leg_1", offered("fred", 30), other("ginger", BidState.DECLINED)))
     assert made.without_awards().recruits(ROBOTS) == {FIRST: frozenset({"fred", "rose"})}
     assert made.without_awards().declines == ["ginger declines leg_1: its gripper is stuck"]
+
+
+def test_a_leg_that_nobody_is_awarded_waits_for_those_whose_reasons_to_decline_may_pass() -> None:
+    low = other("fred", BidState.DECLINED).model_copy(update={"declining": Declining.BATTERY})
+    unable = other("ginger", BidState.DECLINED).model_copy(update={"declining": Declining.CANNOT})
+    made = tender(leg("leg_1", low, unable), leg("leg_2", low, offered("rose", 5), goal=SECOND))
+    assert made.passing.robots == {"fred": "which declines leg_1: its gripper is stuck"}
+    assert not tender(leg("leg_1", unable)).passing

@@ -8,6 +8,7 @@ from app.agents.speech import end_with_robots
 from app.domain.tender_document import BidState, LegBody
 from app.store import ConversationRow, EventRow, MissionRow
 from planner import UNOBSERVED, Observer, PlanningProblem, PlanningRequest, PlanningResult
+from robots.executive.executive import Executive
 from robots.social import parse_term
 from robots.world import WorldFile
 from tests.app.missions.mission_services import WORLD
@@ -166,14 +167,29 @@ def test_a_silent_robot_may_still_be_recruited_where_nobody_bids(tendering: Tend
     assert robots_of_plan(tendering) == ["store_2", "yard_1"]
 
 
-def test_a_goal_whose_legs_all_decline_has_no_plan(among: Tender, world_file: WorldFile) -> None:
+def test_a_goal_whose_leg_all_decline_waits_until_one_can_do_it(among: Tender, world_file: WorldFile) -> None:
     tendering = among(changed(world_file, "store_2", battery=0.1))
     tendering.plan(STORED)
     goal = tendering.services.plan_once(GOAL)
-    assert goal.state == "unsolvable"
-    assert "store_2 declines leg_2: battery at 10%" in goal.reason
+    assert goal.state == "waiting"
+    assert goal.reason.startswith("waits for store_2, which declines leg_2: battery at 10%")
     tendering.run(0.5)
     assert {row.state for row in tendering.conversations()} <= {"rejected", "refused"}
+    tendering.simulation.bodies["store_2"].battery.left_j *= 9
+    tendering.services.plan_once(GOAL)
+    tendering.run(1.0)
+    assert tendering.services.plan_once(GOAL).state == "planned"
+
+
+def test_a_goal_whose_leg_no_robot_is_able_to_do_has_no_plan(
+    among: Tender, world_file: WorldFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Executive, "why_unable", lambda *_: "it has no gripper")
+    tendering = among(world_file)
+    tendering.plan(STORED)
+    goal = tendering.services.plan_once(GOAL)
+    assert goal.state == "unsolvable"
+    assert "store_2 declines leg_2: it has no gripper" in goal.reason
 
 
 def test_robots_that_are_not_called_are_planned_centrally(among: Tender, world_file: WorldFile) -> None:
