@@ -31,6 +31,9 @@ SECURITY_HEADERS = {
 }
 
 
+API_PREFIX = "/v1/"
+
+
 class TokenCheck:
     """Checks the token or session cookie of a connection."""
 
@@ -98,7 +101,7 @@ class TokenMiddleware:
             return
         connection = HTTPConnection(scope)
         if scope["type"] == "http":
-            send = _with_security_headers(send, cookie=self._check.renewed_cookie(connection))
+            send = _with_security_headers(send, scope["path"], cookie=self._check.renewed_cookie(connection))
         if scope["path"] in OPEN_PATHS or self._check.admits(connection):
             await self._app(scope, receive, send)
         elif scope["type"] == "websocket":
@@ -145,12 +148,14 @@ def own_origin(connection: HTTPConnection) -> bool:
         return False
 
 
-def _with_security_headers(send: Send, *, cookie: str | None) -> Send:
+def _with_security_headers(send: Send, path: str, *, cookie: str | None) -> Send:
     async def sending(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             for name, value in SECURITY_HEADERS.items():
                 headers.setdefault(name, value)
+            if path.startswith(API_PREFIX):  # what the API answers is not to be left on an operator's disk
+                headers.setdefault("cache-control", "no-store")
             if cookie is not None:
                 headers.append("set-cookie", cookie)
         await send(message)

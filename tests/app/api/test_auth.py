@@ -158,6 +158,12 @@ def test_pages_carry_a_strict_content_policy(api: TestClient) -> None:
     assert "unsafe" not in policy
 
 
+def test_answers_of_the_api_are_not_kept_by_browsers_and_the_console_is(api: TestClient) -> None:
+    assert api.get("/v1/goals").headers["cache-control"] == "no-store"
+    assert api.get("/v1/goals/none").headers["cache-control"] == "no-store"
+    assert "no-store" not in api.get("/main.js").headers.get("cache-control", "")
+
+
 def test_the_same_idempotency_key_is_the_same_goal(api: TestClient) -> None:
     key = {"idempotency-key": "from the ground station, 17"}
     first = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}, headers=key)

@@ -62,7 +62,8 @@ export async function send(method, path, body, more = {}) {
 /** @param {string} path @param {RequestInit} options */
 async function request(path, options) {
   try {
-    return await fetch(path, { credentials: "same-origin", ...options });
+    // Past the browser's cache, which lets a request wait while another for the same address is under way.
+    return await fetch(path, { credentials: "same-origin", cache: "no-store", ...options });
   } catch {
     throw unreachable();
   }
