@@ -17,7 +17,7 @@ from app.domain.events import PlanBidsCalled
 from app.domain.goal_language.words import joined
 from app.domain.ids import new_id
 from app.domain.lifecycles.plan import PlanState
-from app.planning.leg_calls import LegCalls, offer_in
+from app.planning.leg_calls import LegCalls, call_content, offer_in
 from app.planning.proposals import plan_row
 from app.store import ConversationRow, PlanRow
 from robots.executive.offer import Offer
@@ -99,20 +99,19 @@ class PlanBids:
             called: dict[str, None] = {}
             world = self._worlds[plan.world]
             for part in self._calls.scripts(session, self._core.plan_nets.of(session, plan.id), world):
-                conversation_id = new_id("call")
-                for robot in world.robots:
-                    if self._calls.call(
-                        session,
-                        world=plan.world,
-                        robot=robot.name,
-                        leg=part.robot,
-                        planned=part.robot,
-                        packets=part.packets,
-                        opener=OPENER,
-                        about=plan.id,
-                        conversation_id=conversation_id,
-                    ):
-                        called[robot.name] = None
+                contents = {
+                    robot.name: call_content(part.robot, robot.name, part.robot, part.packets)
+                    for robot in world.robots
+                }
+                heard = self._calls.call(
+                    session,
+                    contents,
+                    world=plan.world,
+                    opener=OPENER,
+                    about=plan.id,
+                    conversation_id=new_id("call"),
+                )
+                called.update(dict.fromkeys(heard))
             self._core.events.append(
                 session, PlanBidsCalled(subject=plan.id, goal=plan.goal_id, actor=actor, robots=tuple(called))
             )

@@ -1,6 +1,6 @@
 """Calls for proposals on what robots do in a plan: the packets as each robot would get them, and what they answer."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from sqlalchemy.orm import Session
 
@@ -49,37 +49,33 @@ class LegCalls:
     def call(
         self,
         session: Session,
+        contents: Mapping[str, Term],
         *,
         world: str,
-        robot: str,
-        leg: str,
-        planned: str,
-        packets: Sequence[BehaviourPacket],
         opener: str,
         about: str,
         conversation_id: str,
-    ) -> bool:
-        """Call a robot for what `planned` does of a leg; False if it does not take calls.
+    ) -> Sequence[str]:
+        """Call robots for a part of a leg; those that take calls.
 
-        :raises Conflict: if the packets are too many for a message.
+        :param contents: by robot, see `call_content`.
         """
-        content = call_content(leg, robot, planned, packets)
-        if self._speech.unheard_reason(world, robot, BIDS):
-            return False
-        self._speech.open(
-            session,
-            world=world,
-            robot=robot,
-            what=BIDS,
-            performative=Performative.CFP,
-            content=content,
-            protocol=CONTRACT_NET,
-            within_s=self._speech.patience_s(world, robot, REPLY_S),
-            opener=opener,
-            about=about,
-            conversation_id=conversation_id,
-        )
-        return True
+        called = [robot for robot in contents if not self._speech.unheard_reason(world, robot, BIDS)]
+        for robot in called:
+            self._speech.open(
+                session,
+                world=world,
+                robot=robot,
+                what=BIDS,
+                performative=Performative.CFP,
+                content=contents[robot],
+                protocol=CONTRACT_NET,
+                within_s=self._speech.patience_s(world, robot, REPLY_S),
+                opener=opener,
+                about=about,
+                conversation_id=conversation_id,
+            )
+        return called
 
 
 def call_content(leg: str, robot: str, planned: str, packets: Sequence[BehaviourPacket]) -> Term:

@@ -77,28 +77,43 @@ class Tenders:
             return tender
         try:
             packets = self._packets(session, net, goal.world)
-            for leg in legs:
-                for planned, actions in leg.actions.items():
-                    mine = [packets[planned, action.id] for action in actions]
-                    for robot in self._worlds[goal.world].robots:
-                        call_content(f"leg_{len(legs)}", robot.name, planned, mine)
+            contents = [
+                {
+                    planned: self._contents(
+                        f"leg_{number}",
+                        planned,
+                        [packets[planned, action.id] for action in actions],
+                        goal.world,
+                    )
+                    for planned, actions in leg.actions.items()
+                }
+                for number, leg in enumerate(legs, start=1)
+            ]
         except Conflict as conflict:
             tender_lifecycle.plan_centrally(tender, conflict.detail)
             return tender
         called: dict[str, None] = {}
         bodies = []
-        for number, leg in enumerate(legs, start=1):
-            name = f"leg_{number}"
+        for number, (leg, of_leg) in enumerate(zip(legs, contents, strict=True), start=1):
             parts = []
             for planned, actions in leg.actions.items():
-                conversation_id = new_id("call")
-                mine = [packets[planned, action.id] for action in actions]
-                heard = self._call_all(session, goal, name, planned, mine, conversation_id)
+                part = PartBody(
+                    robot=planned,
+                    tags=tuple(action.tag for action in actions),
+                    conversation=new_id("call"),
+                )
+                heard = self._calls.call(
+                    session,
+                    of_leg[planned],
+                    world=goal.world,
+                    opener=OPENER,
+                    about=goal.id,
+                    conversation_id=part.conversation,
+                )
                 called.update(dict.fromkeys(heard))
-                tags = tuple(action.tag for action in actions)
-                parts.append(PartBody(robot=planned, tags=tags, conversation=conversation_id))
+                parts.append(part)
             of = symbolic(leg.goal, self._core.knowledge_base)
-            bodies.append(LegBody(id=name, goal=of, parts=tuple(parts)))
+            bodies.append(LegBody(id=f"leg_{number}", goal=of, parts=tuple(parts)))
         tender.legs = tuple(bodies)
         if not called:
             why = (
@@ -241,31 +256,12 @@ class Tenders:
         scripts = self._calls.scripts(session, net, self._worlds[world])
         return {(script.robot, packet.id): packet for script in scripts for packet in script.packets}
 
-    def _call_all(
-        self,
-        session: Session,
-        goal: GoalRow,
-        leg: str,
-        planned: str,
-        packets: Sequence[BehaviourPacket],
-        conversation_id: str,
-    ) -> Sequence[str]:
-        """The robots that take the call."""
-        return [
-            robot.name
-            for robot in self._worlds[goal.world].robots
-            if self._calls.call(
-                session,
-                world=goal.world,
-                robot=robot.name,
-                leg=leg,
-                planned=planned,
-                packets=packets,
-                opener=OPENER,
-                about=goal.id,
-                conversation_id=conversation_id,
-            )
-        ]
+    def _contents(
+        self, leg: str, planned: str, packets: Sequence[BehaviourPacket], world: str
+    ) -> Mapping[str, Term]:
+        """By robot of the world, the call for what `planned` does of a leg."""
+        names = [robot.name for robot in self._worlds[world].robots]
+        return {name: call_content(leg, name, planned, packets) for name in names}
 
     def _answered(self, session: Session, row: ConversationRow) -> None:
         """Have the goal planned once all have answered."""
@@ -332,11 +328,8 @@ class Tenders:
                 if mine:
                     self._calls.call(
                         session,
+                        {robot: call_content(leg.id, robot, robot, mine)},
                         world=mission.world,
-                        robot=robot,
-                        leg=leg.id,
-                        planned=robot,
-                        packets=mine,
                         opener=AGAIN,
                         about=mission.id,
                         conversation_id=new_id("call"),
