@@ -51,6 +51,8 @@ class ActionBody(PlanPart):
     distance_m: float = Field(default=0.0, description="driven by its robots together")
     energy_j: float = Field(default=0.0, description="used by its robots together")
     under_way: bool = Field(default=False, description="it is already being executed when the plan starts")
+    phase: int = Field(default=0, description="which phase of the action it is, counted from 1; 0: all of it")
+    phases: int = Field(default=0, description="how many phases the action has")
     description: str
 
 

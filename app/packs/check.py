@@ -56,6 +56,10 @@ def _unachieved(pack: Pack, packs: Packs) -> Iterator[str]:
             wanted = ", ".join(dict.fromkeys(map(str, effects)))
             files = ", ".join(map(str, pack.knowledge_bases))
             yield f"{files}: {name}: no packet of a behaviours library achieves any of {wanted}"
+        for predicate in knowledge_base.between_phases_of(name):
+            if predicate not in achieved:
+                files = ", ".join(map(str, pack.knowledge_bases))
+                yield f"{files}: {name} has phases: no packet of a behaviours library achieves {predicate}"
 
 
 def _unraised(pack: Pack, packs: Packs) -> Iterator[str]:

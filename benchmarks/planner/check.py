@@ -20,15 +20,19 @@ Timed = tuple[float, float, Action]
 
 def fault_in_time(timed: Sequence[Timed], problem: PlanningProblem) -> str | None:
     """What goes wrong when the actions are carried out at these times, or None if the goals are achieved."""
-    events = [(start, 1, number, act) for number, (start, _, act) in enumerate(timed)]
-    events += [(end, 0, number, act) for number, (_, end, act) in enumerate(timed)]
+    # What takes no time starts and ends where it stands among those that start then.
+    events = [(start, 1, number, 0, act) for number, (start, _, act) in enumerate(timed)]
+    events += [
+        (end, 0, number, 1, act) if end > start else (start, 1, number, 1, act)
+        for number, (start, end, act) in enumerate(timed)
+    ]
     state = set(problem.facts)
     achieved = set(problem.facts)
     needed: Counter[Fact] = Counter()
     busy: set[str] = set()
-    for time_s, starts, _, act in sorted(events, key=lambda event: event[:3]):
+    for time_s, _, _, ends, act in sorted(events, key=lambda event: event[:4]):
         held = set(act.preconditions) - set(act.deletes)
-        if not starts:
+        if ends:
             needed.subtract(held)
             busy.difference_update(act.agents)
             state.update(act.intended_effects, act.other_effects)
@@ -54,9 +58,10 @@ def fault_of(
     """What is wrong with a plan-net, or None: its actions are those of the knowledge base, its windows keep its
     orderings, and it works at its earliest and latest times and whenever actions take shorter or longer."""
     for action in plan_net.actions:
-        known = knowledge_base.ground(
+        whole = knowledge_base.ground(
             action.tag, action.arguments, problem.functions, objects=problem.objects
         )
+        known = knowledge_base.phases_of(whole)[action.phase - 1] if action.phase else whole
         slots = ("preconditions", "deletes", "intended_effects", "other_effects", "agents", "duration_s")
         if wrong := [slot for slot in slots if getattr(known, slot) != getattr(action, slot)]:
             return f"{action.id} {action.tag} has not the knowledge base's {wrong[0]}"

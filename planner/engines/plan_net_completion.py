@@ -23,10 +23,13 @@ def complete_plan_net(
 ) -> PlanNet | str:
     """The checked plan-net with what keeps each ordering, or the reason if one is there for no intended effect.
 
+    :param sequence: of whole actions, of phases, or of both.
+
     :raises InvalidPlan: if the sequence does not reach the goals or the plan-net is faulty: an engine's or our
         own mistake.
     """
-    order = extract(sequence, problem.facts, problem.goals, problem.stages)
+    phases = [phase for action in sequence for phase in knowledge_base.phases_of(action)]
+    order = extract(phases, problem.facts, problem.goals, problem.stages)
     recruitment = recruitment_of(order.actions, statics)
     plan_net = assemble(order, problem.goals, knowledge_base, recruitment, deadlines_s=problem.deadlines_s)
     if idle := unjustified(plan_net, knowledge_base):

@@ -75,7 +75,7 @@ def _steps(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: Pl
     goals = frozenset(plan_net.goals)
     for action in linearisation(plan_net):
         name = f"{action.id}_{action.tag.lower()}"
-        own = ground_action(action.tag, action.arguments, problem, knowledge_base)
+        own = ground_action(action.tag, action.arguments, problem, knowledge_base, phase=action.phase)
         for slot in ("agents", "preconditions", "deletes", "intended_effects", "other_effects"):
             if set(getattr(own, slot)) != set(getattr(action, slot)):
                 raise KnowledgeBaseError(f"{name}: its {slot} are not those of {own}")

@@ -7,6 +7,7 @@ from planner.knowledge.expression import DURATION_SCALE, scale_term
 from planner.knowledge.load import load_knowledge_base, read_knowledge_base, shipped_knowledge_base
 from planner.knowledge.merge import KnowledgeBasePart, merge_knowledge_bases, read_knowledge_base_part
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator
+from planner.knowledge.phases import Phase
 from planner.knowledge.schema import KnowledgeBaseFile, PredicateSpec, QuantitySpec, TypeSpec
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Numbers",
     "Operator",
     "ParameterSpec",
+    "Phase",
     "PredicateSpec",
     "QuantitySpec",
     "TypeSpec",

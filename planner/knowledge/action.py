@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from planner.knowledge.comparison import condition
 from planner.knowledge.literal import Literal
+from planner.knowledge.timing import AT_END, AT_START, THROUGHOUT, Span, split_span
 
 Word = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$", max_length=64)]
 Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
@@ -15,6 +16,13 @@ Formula = Annotated[str, Field(coerce_numbers_to_str=True)]
 
 PRECONDITIONS = "preconditions"
 LITERAL_SLOTS = (PRECONDITIONS, "delete", "intended_effects", "other_effects")
+USUAL_SPANS = {
+    PRECONDITIONS: THROUGHOUT,
+    "delete": AT_START,
+    "intended_effects": AT_END,
+    "other_effects": AT_END,
+}
+"""When the literals of each slot concern an action that does not say so."""
 
 
 class Slot(BaseModel):
@@ -51,8 +59,22 @@ class VariantSpec(Slot):
 
 def read_literals(slot: str, texts: Iterable[str]) -> tuple[Literal, ...]:
     """The literals of a slot; pre-conditions may compare a quantity with a number."""
+    return tuple(literal for literal, _ in read_timed(slot, texts))
+
+
+def read_timed(slot: str, texts: Iterable[str]) -> tuple[tuple[Literal, Span], ...]:
+    """The literals of a slot, and when each concerns the action."""
     read = condition if slot == PRECONDITIONS else Literal.parse
-    return tuple(map(read, texts))
+    plain = (span_in(slot, text) for text in texts)
+    return tuple((read(text), span) for text, span in plain)
+
+
+def span_in(slot: str, text: str) -> tuple[str, Span]:
+    """A literal's text in a slot without its times, and these.
+
+    :raises KnowledgeBaseError: if the times are not of the form that the slot allows.
+    """
+    return split_span(text, USUAL_SPANS[slot], is_condition=slot == PRECONDITIONS)
 
 
 PLAIN = VariantSpec()
@@ -80,7 +102,11 @@ class ActionSpec(Slot):
 
     def literals(self, slot: str, variant: VariantSpec = PLAIN) -> tuple[Literal, ...]:
         """The slot's literals, then those of the variant."""
-        return (*read_literals(slot, getattr(self, slot)), *variant.literals(slot))
+        return tuple(literal for literal, _ in self.timed(slot, variant))
+
+    def timed(self, slot: str, variant: VariantSpec = PLAIN) -> tuple[tuple[Literal, Span], ...]:
+        """The slot's literals, then those of the variant, and when each concerns the action."""
+        return read_timed(slot, (*getattr(self, slot), *getattr(variant, slot)))
 
     def parameter(self, name: str) -> ParameterSpec:
         return next(parameter for parameter in self.parameters if parameter.name == name)

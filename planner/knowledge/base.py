@@ -1,7 +1,7 @@
 """The knowledge base: plan-net actions and their vocabulary, as data (MACTA §4, fig. 4; §5, table 3)."""
 
 import pickle
-from collections.abc import Callable, Collection, Container, Iterable, Mapping
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
 
 from planner.errors import KnowledgeBaseError
@@ -10,7 +10,8 @@ from planner.knowledge.action import ActionSpec
 from planner.knowledge.comparison import Comparison, Numbers
 from planner.knowledge.expression import Functions
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
-from planner.knowledge.schema import RELATION, KnowledgeBaseFile, PredicateSpec, QuantitySpec
+from planner.knowledge.phases import Phase, ground_phase, phases_of, under_way_predicate
+from planner.knowledge.schema import RELATION, TIME, KnowledgeBaseFile, PredicateSpec, QuantitySpec
 
 
 class KnowledgeBase:
@@ -24,6 +25,7 @@ class KnowledgeBase:
         self.predicates: Mapping[str, PredicateSpec] = {
             **file.predicates,
             **{name: self._compared(one) for name, one in self.comparisons.items()},
+            **dict(self._under_way(file)),
         }
         self.quantities: Mapping[str, QuantitySpec] = file.quantities
         self.operators: tuple[Operator, ...] = tuple(op for spec in file.actions for op in operators_of(spec))
@@ -41,6 +43,24 @@ class KnowledgeBase:
             phrase=comparison.phrase(*fields),
             denial=comparison.opposite.phrase(*fields),
         )
+
+    @staticmethod
+    def _under_way(file: KnowledgeBaseFile) -> Iterator[tuple[str, PredicateSpec]]:
+        """The predicates that chain the phases of actions."""
+        for spec in file.actions:
+            phases = max(len(phases_of(op)) for op in operators_of(spec))
+            types = {one.name: one.type for one in spec.parameters if one.type != TIME}
+            names = dict.fromkeys((*spec.agents, *types))
+            said = f"{spec.name}({', '.join(f'{{{name}}}' for name in types)})"
+            for number in range(1, phases):
+                yield (
+                    under_way_predicate(spec.name, number),
+                    PredicateSpec(
+                        arguments={name: types[name] for name in names},
+                        phrase=f"phase {number} of {said} is done",
+                        denial=f"phase {number} of {said} is not done",
+                    ),
+                )
 
     def compared(self, numbers: Numbers) -> frozenset[Fact]:
         """The facts that stand for the comparisons of actions which hold for these numbers."""
@@ -62,7 +82,63 @@ class KnowledgeBase:
             for op in self.operators
             for literal in (*op.deletes, *op.intended_effects, *op.other_effects)
         )
-        return stated.union(self.held)
+        return stated.union(self.held, self.under_way)
+
+    @cached_property
+    def phases(self) -> Mapping[str, tuple[Phase, ...]]:
+        """By operator its phases, of those that have some."""
+        return {op.name: phases for op in self.operators if (phases := phases_of(op))}
+
+    @property
+    def steps(self) -> tuple[Operator, ...]:
+        """The operators, each that has phases replaced by these."""
+        return tuple(step for op in self.operators for step in self.phases.get(op.name, (op,)))
+
+    @cached_property
+    def under_way(self) -> frozenset[str]:
+        """The predicates that hold between an action's phases."""
+        return frozenset(name for action in self.actions for name in self.between_phases_of(action))
+
+    def between_phases_of(self, action: str) -> tuple[str, ...]:
+        """The predicates that hold between the phases of an action, in order."""
+        mine = [phases for phases in self.phases.values() if phases[0].spec.name == action]
+        return tuple(
+            under_way_predicate(action, phase.number) for phase in max(mine, key=len, default=())[:-1]
+        )
+
+    def phases_of(self, action: GroundAction) -> tuple[GroundAction, ...]:
+        """What stands for the action in a plan-net: its phases, or itself if it has none or is one."""
+        if action.phase or action.under_way or not self.phases:
+            return (action,)
+        found = self.operator_of(action)
+        if found is None or found[0].name not in self.phases:
+            return (action,)
+        op, binding = found
+        return tuple(ground_phase(action, phase, binding) for phase in self.phases[op.name])
+
+    def changes_of(self, action: GroundAction) -> tuple[Sequence[Fact], Sequence[Fact]]:
+        """What the whole action deletes and brings about of which this is one, or a phase."""
+        found = self.operator_of(action) if action.phase else None
+        if found is None:
+            return action.deletes, action.effects
+        op, binding = found
+        effects = (*op.intended_effects, *op.other_effects)
+        return [one.ground(binding) for one in op.deletes], [one.ground(binding) for one in effects]
+
+    def operator_of(self, action: GroundAction) -> tuple[Operator, Mapping[str, str]] | None:
+        """The operator and the binding that the action is of, or the action that it is a phase of."""
+        found: list[tuple[int, Operator, Mapping[str, str]]] = []
+        for op in self.operators:
+            binding = binding_of(op, action.arguments) if op.spec.name == action.tag else None
+            phases = self.phases.get(op.name, ())
+            if binding is None or action.phase > len(phases):
+                continue
+            own = phases[action.phase - 1] if action.phase else op
+            stated = {one.ground(binding) for one in (*own.preconditions, *own.intended_effects)}
+            if stated.issubset((*action.preconditions, *action.intended_effects)):
+                found.append((len(stated), op, binding))
+        best = max(found, key=lambda one: one[0], default=None)
+        return None if best is None else best[1:]
 
     @cached_property
     def held(self) -> Mapping[str, str]:

@@ -7,15 +7,16 @@ each literal with the list holds for every member, and the duration is the longe
 """
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations, product
 
 from planner.fact import Fact
-from planner.knowledge.action import LITERAL_SLOTS, ActionSpec, VariantSpec
+from planner.knowledge.action import LITERAL_SLOTS, USUAL_SPANS, ActionSpec, VariantSpec
 from planner.knowledge.expression import Expression, Functions, scale_term
 from planner.knowledge.literal import Literal
 from planner.knowledge.schema import DISTANCE, DURATION, TIME
+from planner.knowledge.timing import UNDER_WAY, Span
 
 TEAM_SEPARATOR = "+"
 """Between the members of a team where an argument shows it: `fred+ginger`."""
@@ -26,7 +27,8 @@ class GroundAction:
     """A plan-net action with all its arguments, not yet scheduled.
 
     `distance_m` and `energy_j`: what all its robots together drive and use. `under_way`: it runs already when the
-    plan starts; duration, distance and energy are what is left of it.
+    plan starts; duration, distance and energy are what is left of it. `phase`, `phases`: which of how many phases of
+    the action it is (`planner.knowledge.phases`), counted from 1; 0: it is the whole action.
     """
 
     tag: str
@@ -40,13 +42,27 @@ class GroundAction:
     distance_m: float = 0.0
     energy_j: float = 0.0
     under_way: bool = False
+    phase: int = 0
+    phases: int = 0
 
     @property
     def effects(self) -> tuple[Fact, ...]:
         return self.intended_effects + self.other_effects
 
-    def __str__(self) -> str:
+    @property
+    def follows(self) -> Fact | None:
+        """Of a phase but the first: what shows that the one before it has ended."""
+        return next(
+            (fact for fact in self.deletes if self.phase and fact.predicate.startswith(UNDER_WAY)), None
+        )
+
+    def as_whole(self) -> str:
+        """The action in words; of a phase, the whole action."""
         return f"{self.tag}({', '.join(self.arguments.values())})"
+
+    def __str__(self) -> str:
+        whole = self.as_whole()
+        return f"{whole}, phase {self.phase} of {self.phases}" if self.phase else whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +81,8 @@ class Operator:
     duration: Expression
     distance: Expression
     energy: Expression
+    spans: Mapping[str, Mapping[Literal, Span]] = field(default_factory=dict)
+    """By slot, when literals concern the action that say so."""
 
     @cached_property
     def distinct(self) -> tuple[tuple[str, str], ...]:
@@ -198,7 +216,8 @@ def _operator(
         if parameter.type != TIME and parameter.name not in chosen:
             kind = variant.types.get(parameter.name, parameter.type)
             parameters |= dict.fromkeys(teams.get(parameter.name, (parameter.name,)), kind)
-    slots = {slot: _expand(spec.literals(slot, variant), chosen, teams) for slot in LITERAL_SLOTS}
+    timed = {slot: _expand(spec.timed(slot, variant), chosen, teams) for slot in LITERAL_SLOTS}
+    slots = {slot: tuple(literals) for slot, literals in timed.items()}
     return Operator(
         name=name,
         spec=spec,
@@ -212,18 +231,24 @@ def _operator(
         duration=Expression.parse(spec.duration if variant.duration is None else variant.duration),
         distance=Expression.parse(spec.distance),
         energy=Expression.parse(spec.energy),
+        spans={slot: unusual for slot in timed if (unusual := _unusual(slot, timed[slot]))},
     )
 
 
+def _unusual(slot: str, timed: Mapping[Literal, Span]) -> dict[Literal, Span]:
+    """The literals of a slot that name their times."""
+    return {literal: span for literal, span in timed.items() if span != USUAL_SPANS[slot]}
+
+
 def _expand(
-    literals: tuple[Literal, ...], chosen: Mapping[str, str], teams: Mapping[str, tuple[str, ...]]
-) -> tuple[Literal, ...]:
-    expanded: dict[Literal, None] = {}
-    for literal in literals:
+    timed: tuple[tuple[Literal, Span], ...], chosen: Mapping[str, str], teams: Mapping[str, tuple[str, ...]]
+) -> dict[Literal, Span]:
+    expanded: dict[Literal, Span] = {}
+    for literal, span in timed:
         own = [name for name in teams if name in literal.terms]
         for members in product(*(teams[name] for name in own)):
-            expanded[literal.rename({**chosen, **dict(zip(own, members, strict=True))})] = None
-    return tuple(expanded)
+            expanded[literal.rename({**chosen, **dict(zip(own, members, strict=True))})] = span
+    return expanded
 
 
 def _ground(literals: tuple[Literal, ...], binding: Mapping[str, str]) -> tuple[Fact, ...]:

@@ -10,15 +10,18 @@ from planner.errors import KnowledgeBaseError
 from planner.knowledge.action import (
     LITERAL_SLOTS,
     PRECONDITIONS,
+    USUAL_SPANS,
     ActionSpec,
     ParameterSpec,
     Slot,
     VariantSpec,
     Word,
+    span_in,
 )
 from planner.knowledge.comparison import Comparison, number_words, read_comparison
 from planner.knowledge.expression import DURATION_SCALE, Expression
 from planner.knowledge.literal import Literal
+from planner.knowledge.timing import UNDER_WAY
 
 TIME = "time"
 RELATION = "relation"
@@ -111,7 +114,8 @@ class KnowledgeBaseFile(Slot):
         owners: list[ActionSpec | VariantSpec] = []
         for action in self.actions:
             owners += [action, *action.variants]
-        read = (read_comparison(text) for owner in owners for text in owner.preconditions)
+        texts = (span_in(PRECONDITIONS, text)[0] for owner in owners for text in owner.preconditions)
+        read = map(read_comparison, texts)
         return tuple(dict.fromkeys(one[0] for one in read if one is not None))
 
     def constants(self, type_name: str) -> tuple[str, ...]:
@@ -219,6 +223,7 @@ def _check_action(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> No
     _check_literals(base, action, types, where)
     for position, variant in enumerate(action.variants):
         _check_variant(base, action, variant, f"{where}.variants.{position}")
+        _check_times(base, action, variant, where)
     _check_expression(base, action, action.duration, f"{where}.duration")
     _check_expression(base, action, action.distance, f"{where}.distance")
     _check_expression(base, action, action.energy, f"{where}.energy", own=(DURATION, DISTANCE))
@@ -255,6 +260,35 @@ def _check_variant(base: KnowledgeBaseFile, action: ActionSpec, variant: Variant
         _check_expression(base, action, variant.duration, f"{where}.duration")
 
 
+def _check_times(base: KnowledgeBaseFile, action: ActionSpec, variant: VariantSpec, where: str) -> None:
+    """Refuse what no order of whole actions could tell: a literal that the action holds only meanwhile."""
+    chained = f"{UNDER_WAY}{action.name.lower()}_"
+    taken = [name for name in base.predicates if name.startswith(chained)]
+    timed = ((slot, span) for slot in LITERAL_SLOTS for _, span in action.timed(slot, variant))
+    if taken and any(span != USUAL_SPANS[slot] for slot, span in timed):
+        raise _at(
+            where, f"it has times within it, so that predicates with {chained} are kept for it: {taken[0]}"
+        )
+    spans = {slot: dict(action.timed(slot, variant)) for slot in LITERAL_SLOTS}
+    for slot in LITERAL_SLOTS:
+        for literal, span in action.timed(slot, variant):
+            if spans[slot][literal] != span:
+                raise _at(f"{where}.{slot}", f"{literal} is there twice, at different times")
+    for literal, deleted in spans["delete"].items():
+        needed = spans[PRECONDITIONS].get(literal)
+        if needed is not None and needed.begin.place > deleted.begin.place:
+            raise _at(
+                f"{where}.delete", f"{literal} is deleted at {deleted.begin}, but needed from {needed.begin}"
+            )
+        for slot in ("intended_effects", "other_effects"):
+            made = spans[slot].get(literal)
+            if made is not None and made.begin.place < deleted.begin.place:
+                raise _at(
+                    f"{where}.{slot}",
+                    f"{literal} would hold only from {made.begin} to {deleted.begin}; let a further action end it",
+                )
+
+
 def _check_literals(
     base: KnowledgeBaseFile, owner: ActionSpec | VariantSpec, types: Mapping[str, str], where: str
 ) -> None:
@@ -262,8 +296,12 @@ def _check_literals(
     for slot in LITERAL_SLOTS:
         for position, text in enumerate(getattr(owner, slot)):
             place = f"{where}.{slot}.{position}"
-            if slot != PRECONDITIONS or not _check_comparison(base, types, text, place):
-                _check_literal(base, types, text, place)
+            try:
+                plain, _ = span_in(slot, text)
+            except KnowledgeBaseError as error:
+                raise _at(place, str(error)) from error
+            if slot != PRECONDITIONS or not _check_comparison(base, types, plain, place):
+                _check_literal(base, types, plain, place)
 
 
 def _check_comparison(base: KnowledgeBaseFile, types: Mapping[str, str], text: str, where: str) -> bool:

@@ -72,6 +72,8 @@ def _action(
 ) -> PlanNetAction:
     times = {"time1": f"{earliest:.0f} s", "time2": f"{earliest + action.duration_s:.0f} s"}
     template = knowledge_base.actions[action.tag].description
+    if action.phase:
+        template += f" (phase {action.phase} of {action.phases})"
     return PlanNetAction(
         **{slot.name: getattr(action, slot.name) for slot in fields(GroundAction)},
         id=action_id,

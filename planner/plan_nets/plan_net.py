@@ -2,7 +2,8 @@
 
 Semantics: an action holds its pre-conditions from its start to its end (except what it deletes itself), its
 deletes happen from its start on, its effects hold at its end. An ordering means: `before` ends before
-`after` starts.
+`after` starts. An action that names times within it is there as its phases (`planner.knowledge.phases`), one after the
+other by one robot, which may wait between them.
 """
 
 from collections.abc import Mapping

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.plan_nets.causality import FROM_START, causal_links
+from planner.plan_nets.chains import next_phases
 from planner.plan_nets.progression import apply_action
 
 
@@ -36,11 +37,18 @@ def _linked(
     producers: dict[int, set[int]] = defaultdict(set)
     for link in causal_links(sequence, facts, goals):
         producers[link.consumer].add(link.producer)
-    running = [position for position, action in enumerate(sequence) if action.under_way]
+    # What begins an action takes the later phases of it along.
+    following, orphans = next_phases(sequence)
+    running = [
+        position for position, action in enumerate(sequence) if action.under_way or position in orphans
+    ]
     waiting = [len(sequence), *running]
     useful = {FROM_START, *running}
     while waiting:
-        new = producers[waiting.pop()] - useful
+        position = waiting.pop()
+        new = producers[position] - useful
+        if (later := following.get(position)) is not None and later not in useful:
+            new.add(later)
         useful |= new
         waiting += new
     return tuple(action for position, action in enumerate(sequence) if position in useful)
@@ -57,7 +65,12 @@ def _eliminated(
     position = 0
     while position < len(kept):
         action, is_needed = kept[position]
-        rest = None if is_needed else _rest(kept[position + 1 :], set(state), set(achieved), goals)
+        # The later phases of an action go only with the first.
+        rest = (
+            None
+            if is_needed or action.follows is not None
+            else _rest(kept[position + 1 :], set(state), set(achieved), goals)
+        )
         if rest is None:
             apply_action(action, state, achieved)
             position += 1
@@ -75,8 +88,8 @@ def _rest(
         if state.issuperset(action.preconditions):
             apply_action(action, state, achieved)
             kept.append((action, is_needed))
-        elif is_needed:
-            return None
+        elif is_needed or action.follows in state:
+            return None  # it is wanted, or its robot has begun what it belongs to
     return kept if achieved.issuperset(goals) else None
 
 

@@ -2,6 +2,7 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Mapping
+from itertools import zip_longest
 
 from planner.errors import CyclicOrder
 from planner.fact import Fact
@@ -25,6 +26,7 @@ def faults_of(plan_net: PlanNet, facts: frozenset[Fact], knowledge_base: Knowled
         *_support_faults(plan_net, facts),
         *_threat_faults(plan_net, precedence, number),
         *_resource_faults(plan_net, precedence),
+        *_phase_faults(plan_net),
         *_schedule_faults(plan_net),
         *unjustified(plan_net, knowledge_base),
         *([fault] if (fault := fault_of(linearisation(plan_net), facts, plan_net.goals)) else []),
@@ -117,6 +119,17 @@ def _resource_faults(plan_net: PlanNet, precedence: Precedence) -> list[str]:
     ]
 
 
+def _phase_faults(plan_net: PlanNet) -> list[str]:
+    """After a phase of an action its robot does the next one."""
+    faults = []
+    for robot in plan_net.robots if any(action.phase for action in plan_net.actions) else ():
+        mine = plan_net.of_robot(robot)
+        for one, other in zip_longest(mine, mine[1:]):
+            if one.phase < one.phases and (other is None or other.follows not in one.intended_effects):
+                faults.append(f"{robot} begins {one.tag} with {one.id} and does not end it")
+    return faults
+
+
 def _schedule_faults(plan_net: PlanNet) -> list[str]:
     """Earliest and latest starts keep every ordering, and every action has its latest start after its
     earliest."""
@@ -151,12 +164,36 @@ def unjustified_actions(
     uses: dict[str, list[Fact]] = defaultdict(list)
     for link in plan_net.causal_links:
         uses[link.producer].append(link.fact)
-    return [
-        (action, uses[action.id])
-        for action in plan_net.actions
-        if not action.under_way
-        and not any(
+
+    def is_meant(action: PlanNetAction) -> bool:
+        return action.under_way or any(
             fact in action.intended_effects or knowledge_base.predicates[fact.predicate].make_way
             for fact in uses[action.id]
+            if fact.predicate not in knowledge_base.under_way
         )
+
+    found = [chain for chain in _chains(plan_net) if not any(map(is_meant, chain))]
+    return [
+        (chain[-1], [fact for action in chain for fact in uses[action.id] if not _is_own(fact, chain)])
+        for chain in found
     ]
+
+
+def _chains(plan_net: PlanNet) -> list[list[PlanNetAction]]:
+    """The actions, the phases of one together; those without the first of them, which has ended, are left out."""
+    chains: list[list[PlanNetAction]] = []
+    open_chains: dict[str, list[PlanNetAction]] = {}
+    for action in linearisation(plan_net):
+        if action.phase > 1:
+            if action.agents[0] in open_chains:
+                open_chains[action.agents[0]].append(action)
+            continue
+        chains.append([action])
+        if action.phase:
+            open_chains[action.agents[0]] = chains[-1]
+    return chains
+
+
+def _is_own(fact: Fact, chain: list[PlanNetAction]) -> bool:
+    """True for what holds between two phases of the chain."""
+    return any(fact == action.follows for action in chain)

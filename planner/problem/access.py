@@ -41,10 +41,11 @@ def peripherals_of(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> f
 
 def _asked(action: GroundAction, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> Iterator[Fact]:
     access = problem.access
+    deletes, effects = knowledge_base.changes_of(action)
     for state, positions in knowledge_base.accesses.items():
         for position in positions:
-            before = _positions(action.deletes, position)
-            after = _positions(action.effects, position)
+            before = _positions(deletes, position)
+            after = _positions(effects, position)
             for thing in dict.fromkeys((*before, *after)):
                 start = before.get(thing, ())
                 end = after.get(thing, ())

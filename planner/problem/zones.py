@@ -28,9 +28,14 @@ def ground(
 
 
 def ground_action(
-    action: str, arguments: Mapping[str, str], problem: PlanningProblem, knowledge_base: KnowledgeBase
+    action: str,
+    arguments: Mapping[str, str],
+    problem: PlanningProblem,
+    knowledge_base: KnowledgeBase,
+    *,
+    phase: int = 0,
 ) -> GroundAction:
-    """The action with these arguments, with what zones and doors ask for.
+    """The action with these arguments, or a phase of it, with what zones and doors ask for.
 
     :raises KnowledgeBaseError: if the action, an argument or a duration is not known, or several agents would be in a
         zone at a time.
@@ -39,7 +44,12 @@ def ground_action(
     whole = with_zones(with_access(plain, problem, knowledge_base), problem, knowledge_base)
     if whole is None:
         raise KnowledgeBaseError(f"{plain}: {' and '.join(plain.agents)} would be in one zone at a time")
-    return whole
+    if not phase:
+        return whole
+    phases = knowledge_base.phases_of(whole)
+    if phase > len(phases) or len(phases) == 1:
+        raise KnowledgeBaseError(f"{whole} has no phase {phase}")
+    return phases[phase - 1]
 
 
 def with_zones(

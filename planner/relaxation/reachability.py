@@ -29,7 +29,8 @@ class Relaxation:
     ) -> None:
         self._problem = problem
         goal_predicates = {goal.predicate for goal in problem.goals}
-        rules = rules_of(knowledge_base, goal_predicates, with_functions=with_functions)
+        under_way = any(fact.predicate in knowledge_base.under_way for fact in problem.facts)
+        rules = rules_of(knowledge_base, goal_predicates, with_functions=with_functions, is_chained=under_way)
         whole = {*observed, *(GOAL + predicate for predicate in goal_predicates)}
         kept = positions_needed(rules, knowledge_base, whole)
         members = members_of(knowledge_base, problem.objects)

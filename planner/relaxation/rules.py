@@ -1,7 +1,7 @@
 """Operators without their deletes, as rules: the head comes about once the whole body holds."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from planner.knowledge import KnowledgeBase, Operator
 from planner.knowledge.literal import Literal
@@ -31,11 +31,21 @@ class Rule:
 
 
 def rules_of(
-    knowledge_base: KnowledgeBase, goal_predicates: Collection[str], *, with_functions: bool = True
+    knowledge_base: KnowledgeBase,
+    goal_predicates: Collection[str],
+    *,
+    with_functions: bool = True,
+    is_chained: bool = False,
 ) -> list[Rule]:
-    """A rule for each operator and effect, and for each intended effect that is a goal's predicate."""
+    """A rule for each operator and effect, and for each intended effect that is a goal's predicate.
+
+    An effect within an action takes only what the action needs up to then.
+
+    :param is_chained: True: also what some phase of an action brings about where one before it has ended already.
+    """
     rules = []
-    for op in knowledge_base.operators:
+    steps = knowledge_base.steps if is_chained else _unchained(knowledge_base)
+    for op in steps:
         body = (*op.preconditions, *(_defined(op) if with_functions else ()))
         heads = [*op.intended_effects, *op.other_effects]
         heads += [
@@ -49,6 +59,17 @@ def rules_of(
             for head in dict.fromkeys(heads)
         ]
     return rules
+
+
+def _unchained(knowledge_base: KnowledgeBase) -> Iterator[Operator]:
+    """The operators; phases with what those before them need, instead of what shows that these have ended."""
+    chaining = knowledge_base.under_way
+    for op in knowledge_base.operators:
+        needs: dict[Literal, None] = {}
+        for step in knowledge_base.phases.get(op.name, (op,)):
+            needs |= dict.fromkeys(one for one in step.preconditions if one.predicate not in chaining)
+            intended = tuple(one for one in step.intended_effects if one.predicate not in chaining)
+            yield replace(step, preconditions=tuple(needs), intended_effects=intended)
 
 
 def _defined(op: Operator) -> Iterator[Literal]:

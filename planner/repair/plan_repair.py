@@ -12,6 +12,7 @@ from math import inf
 from planner.engines.peripherals import attend
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
+from planner.plan_nets.chains import begun
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.progression import apply_action
 from planner.plan_nets.redundancy import without_redundant
@@ -159,7 +160,7 @@ class _PlanRepair:
             yield lambda: self._keep_and_plan_missing(
                 executable, at_most_s=EXTRA_ATTEMPT_S + EXTRA_ATTEMPT_FACTOR * self._planner.timer.elapsed_s
             )
-        yield lambda: self._keep_and_plan(Course.REPLANNED, running)
+        yield lambda: self._keep_and_plan(Course.REPLANNED, begun((*running, *rest)))
 
     def _executable(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
         """The actions that can be executed when the others are skipped, and the goals that they achieve."""

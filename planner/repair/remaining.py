@@ -113,7 +113,9 @@ class Remaining:
         if not self.progress.lost.isdisjoint(action.agents):
             return None
         try:
-            return ground_action(action.tag, action.arguments, problem, self.knowledge_base)
+            return ground_action(
+                action.tag, action.arguments, problem, self.knowledge_base, phase=action.phase
+            )
         except KnowledgeBaseError:
             return None
 

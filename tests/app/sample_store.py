@@ -24,12 +24,9 @@ def said(text: str) -> SymbolicFact:
 class Store:
     """A world with its knowledge base and initial facts."""
 
-    def __init__(self, world: WorldFile | None = None) -> None:
+    def __init__(self, world: WorldFile | None = None, base: KnowledgeBase | None = None) -> None:
         self.world = world or load_world("sample_store")
-
-    @cached_property
-    def base(self) -> KnowledgeBase:
-        return load_knowledge_base()
+        self.base = base or load_knowledge_base()
 
     @cached_property
     def facts(self) -> Facts:
@@ -47,8 +44,11 @@ class Store:
         wanted = tuple(self.fact(goal) for goal in goals)
         problem = planning_problem(self.world, self.facts if facts is None else facts, wanted)
         sequence = [
-            self.base.ground(tag, arguments, problem.functions, objects=problem.objects)
+            phase
             for tag, arguments in steps
+            for phase in self.base.phases_of(
+                self.base.ground(tag, arguments, problem.functions, objects=problem.objects)
+            )
         ]
         plan_net = assemble(extract(sequence, problem.facts, wanted), wanted, self.base, {})
         senses = restricted_senses(self.world, self.base)

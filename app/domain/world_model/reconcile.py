@@ -39,7 +39,8 @@ def reconcile_report(
 
     A robot that reports no place stands on the open floor, at its own spot. An object that it was believed to hold and
     does not is lost, unless it is perceived in a place. `transported` facts of the robot are removed, because its next
-    transport starts from where it stands; except for an object that it still holds at its destination.
+    transport starts from where it stands; except for an object that it still holds at its destination. So are those
+    that it is between two phases of an action.
 
     Our choices: without a report on its gripper, a robot holds what it was believed to hold; facts that name another
     robot are ignored, because that robot's own reports are better, and so are those that follow from the world or from
@@ -66,6 +67,7 @@ def reconcile_report(
     brought = _brought(facts, robot, news)
     news += [Fact(ROBOT_POSITION, (robot, NEAR, fact.args[5])) for fact in brought]
     gone = {f for f in facts if f.predicate == TRANSPORTED and f.args[1] == robot} - brought
+    gone |= {f for f in facts if f.predicate in knowledge_base.under_way and f.args[0] == robot}
     after = revise_beliefs(facts, news, gone)
     lost = [
         f"{item} is lost: {robot} does not hold it any longer"

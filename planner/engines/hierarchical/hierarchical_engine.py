@@ -241,9 +241,10 @@ class _Run:
     def _judged(self, actions: Sequence[GroundAction]) -> tuple[float, frozenset[str]]:
         """The sequence's makespan in seconds, and its actions that table 3 does not allow."""
         goals = self._problem.goals
-        net = assemble(extract(actions, self._problem.facts, goals), goals, self._base, {})
+        phases = [phase for action in actions for phase in self._base.phases_of(action)]
+        net = assemble(extract(phases, self._problem.facts, goals), goals, self._base, {})
         idle = (action for action, _ in unjustified_actions(net, self._base))
-        return net.makespan_s, frozenset(map(str, idle))
+        return net.makespan_s, frozenset(map(GroundAction.as_whole, idle))
 
     def _scheduled(self, tasks: Sequence[Task], moves: Sequence[Move]) -> Sequence[GroundAction] | None:
         composition = self.composition(tasks, moves)

@@ -37,9 +37,13 @@ class Move:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Step:
-    """A ground action with its agents left open, and the numbers of the shared facts it touches."""
+    """A ground action or a phase of one with its agents left open, and the numbers of the shared facts it touches.
+
+    `whole`: the action; of its phases, only the first has it.
+    """
 
     action: GroundAction
+    whole: GroundAction | None
     agents: tuple[str, ...]
     needs: list[int]
     deletes: list[int]
@@ -68,6 +72,7 @@ class SchedulingProblemBuilder:
         self._slots: list[list[tuple[int, int, int, int, int]]] = []
         self._cores: list[list[int]] = []
         self._roles = 0
+        self._most_phases = 1
         self._alternatives = [
             [self._add(fragment, task.goals) for fragment in task.fragments] for task in tasks
         ]
@@ -77,6 +82,7 @@ class SchedulingProblemBuilder:
             if (wanted := classified.configuration(agent, self._problem.goals))
         ]
         self._way_steps: list[list[int]] = []
+        self._first_steps: list[list[int]] = []
 
     @property
     def facts(self) -> tuple[Fact, ...]:
@@ -116,9 +122,9 @@ class SchedulingProblemBuilder:
         """The ground actions of decoded steps."""
         found = []
         for step, members in zip(steps.tolist(), team.tolist(), strict=True):
-            agents = zip(self._steps[step].agents, members, strict=False)
-            names = {old: self._classes.agents[new] for old, new in agents}
-            found.append(renamed(self._steps[step].action, names))
+            if (whole := self._steps[step].whole) is not None:
+                agents = zip(self._steps[step].agents, members, strict=False)
+                found.append(renamed(whole, {old: self._classes.agents[new] for old, new in agents}))
         return tuple(found)
 
     def _add(self, actions: tuple[GroundAction, ...], goals: tuple[Fact, ...]) -> list[int]:
@@ -131,7 +137,9 @@ class SchedulingProblemBuilder:
             self._slots.append([self._slot(leg, place) for place in range(len(leg.agents))])
             once = all(played[role] == 1 for role in leg.roles)
             inner = self._inner(leg) if once else frozenset()
-            self._cores.append([self._step(action, leg.agents, inner) for action in leg.core])
+            self._cores.append(
+                [step for action in leg.core for step in self._steps_of(action, leg.agents, inner)]
+            )
         self._roles += 1 + max((role for leg in legs for role in leg.roles), default=0)
         return numbers
 
@@ -157,8 +165,23 @@ class SchedulingProblemBuilder:
             made |= set(action.effects)
         return frozenset(fact for fact in made - outer if self._classified.agents_of(fact))
 
-    def _step(
+    def _steps_of(
         self, action: GroundAction, agents: tuple[str, ...], inner: frozenset[Fact] = frozenset()
+    ) -> list[int]:
+        """The action's phases by number, or itself if it has none."""
+        phases = self._classified.knowledge_base.phases_of(action)
+        self._most_phases = max(self._most_phases, len(phases))
+        return [
+            self._step(phase, None if number else action, agents, inner)
+            for number, phase in enumerate(phases)
+        ]
+
+    def _step(
+        self,
+        action: GroundAction,
+        whole: GroundAction | None,
+        agents: tuple[str, ...],
+        inner: frozenset[Fact],
     ) -> int:
         needs = self._shared(action.preconditions, inner)
         adds = self._shared(action.effects, inner)
@@ -166,7 +189,9 @@ class SchedulingProblemBuilder:
         held = self._classified.knowledge_base.held
         zones = self._shared([fact for fact in action.deletes if fact.predicate in held])
         deletes = [fact for fact in self._shared(action.deletes, inner) if fact in zones or fact not in adds]
-        self._steps.append(_Step(action=action, agents=agents, needs=needs, deletes=deletes, adds=adds))
+        self._steps.append(
+            _Step(action=action, whole=whole, agents=agents, needs=needs, deletes=deletes, adds=adds)
+        )
         return len(self._steps) - 1
 
     def _shared(self, facts: Sequence[Fact], inner: frozenset[Fact] = frozenset()) -> list[int]:
@@ -175,6 +200,7 @@ class SchedulingProblemBuilder:
             for fact in dict.fromkeys(facts)
             if self._classified.is_fluent(fact)
             and fact not in inner
+            and fact.predicate not in self._classified.knowledge_base.under_way
             and not self._classified.is_configuration(fact)
         ]
 
@@ -185,7 +211,9 @@ class SchedulingProblemBuilder:
         steps = self._steps
         travel.close()
         for way in travel.ways[len(self._way_steps) :]:
-            self._way_steps.append([self._step(action, action.agents) for action in way.actions])
+            of_actions = [self._steps_of(action, action.agents) for action in way.actions]
+            self._way_steps.append([step for steps in of_actions for step in steps])
+            self._first_steps.append(of_actions[0] if of_actions else [])
         goal_facts = self._shared(self._problem.goals)
         way_step_first, way_steps = rows(self._way_steps)
         task_first, _ = rows([[0] * len(alternatives) for alternatives in self._alternatives])
@@ -228,6 +256,7 @@ class SchedulingProblemBuilder:
             after=_table(travel.after, len(travel.configurations), len(travel.effects)),
             way_first=way_step_first,
             way_steps=way_steps,
+            way_actions=ints([len(way.actions) for way in travel.ways]),
             way_end=ints(travel.ends),
             way_span_s=floats([sum(a.duration_s for a in way.actions) for way in travel.ways]),
             near_first=near_first,
@@ -260,8 +289,8 @@ class SchedulingProblemBuilder:
         found: dict[int, int] = {}
         for (here, _), way in travel.way.items():
             for agent, start in travel.starts.items():
-                if start == here and self._way_steps[way]:
-                    for fact in self._steps[self._way_steps[way][0]].adds:
+                if start == here:
+                    for fact in (fact for step in self._first_steps[way] for fact in self._steps[step].adds):
                         found.setdefault(fact, self._agent_number[agent])
         return sorted(found.items())
 
@@ -276,7 +305,7 @@ class SchedulingProblemBuilder:
             for alternatives in self._alternatives
         ]
         count = sum(len(max(alternatives, key=len)) for alternatives in self._alternatives)
-        return 1 + sum(legs) + 4 * count + 2 * len(self._classes.agents)
+        return 1 + sum(legs) + self._most_phases * (4 * count + 2 * len(self._classes.agents))
 
     def _max_touched_facts(self) -> int:
         touches = [len(step.needs) + len(step.deletes) + len(step.adds) for step in self._steps]

@@ -2,7 +2,8 @@
 
 Temporal (PDDL 2.1, level 3): durative actions with the plan-net's semantics. A condition is asked for at the
 start and over all, at the start only if the action deletes it or nothing does; deletes happen at the start,
-effects at the end; an agent is `idle` between actions. Durations are expressions over the problem's functions.
+effects at the end; an agent is `idle` between actions. An action with times within it is a durative action for each of
+its phases, chained by `under_way_…`. Durations are expressions over the problem's functions.
 Classical: instantaneous actions whose costs are durations in tenths of a second, in whole numbers.
 
 In both an operator's parameters of one type differ, functions are asked for only where they have a value, and
@@ -13,7 +14,7 @@ import ast
 from collections.abc import Iterable, Iterator, Mapping
 
 from planner.interchange.pddl.vocabulary import Vocabulary
-from planner.knowledge import Operator
+from planner.knowledge import Operator, Phase
 from planner.knowledge.literal import Literal
 
 _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
@@ -33,7 +34,7 @@ def domain_text(words: Vocabulary) -> str:
         ),
         section("predicates", _predicates(words)),
         section("functions", _functions(words)),
-        *(action(op, words) for op in words.base.operators),
+        *(action(op, words) for op in words.steps),
     ]
     return "\n\n".join(filter(None, sections)) + "\n)\n"
 
@@ -61,7 +62,7 @@ def _predicates(words: Vocabulary) -> Iterator[str]:
                 yield words.declared(words.word(name, "defined"), _numbered(kinds))
         for kind in words.agent_types():
             yield words.declared(words.word(kind, "idle"), {"agent": kind})
-    for op in filter(words.is_tabled, base.operators):
+    for op in filter(words.is_tabled, words.steps):
         yield words.declared(words.word(op.name, "defined"), words.measured(op))
 
 
@@ -71,7 +72,7 @@ def _functions(words: Vocabulary) -> Iterator[str]:
             yield words.declared(words.word(name), _numbered(kinds))
     elif not words.is_temporal:
         yield "(total-cost)"
-    for op in words.base.operators:
+    for op in words.steps:
         yield words.declared(words.measure(op), words.measured(op))
 
 
@@ -81,13 +82,15 @@ def _numbered(kinds: tuple[str, ...]) -> dict[str, str]:
 
 def _durative(op: Operator, words: Vocabulary) -> str:
     idle = [words.idle(agent, op) for agent in op.agents if not words.is_simplified]
+    begins = idle if not isinstance(op, Phase) or op.number == 1 else []
+    ends = idle if not isinstance(op, Phase) or op.number == op.count else []
     needs = [words.literal(need, op) for need in op.preconditions]
     lasting = [words.literal(need, op) for need in op.preconditions if _can_cease(need, op, words)]
     deletes, adds = _changes(op, words)
-    at_start = [*idle, *_different(op), *words.guards(op), *needs]
+    at_start = [*begins, *_different(op), *words.guards(op), *needs]
     conditions = [f"(at start {atom})" for atom in at_start] + [f"(over all {atom})" for atom in lasting]
-    changes = [f"(at start (not {atom}))" for atom in [*idle, *deletes]]
-    changes += [f"(at end {atom})" for atom in [*adds, *idle]]
+    changes = [f"(at start (not {atom}))" for atom in [*begins, *deletes]]
+    changes += [f"(at end {atom})" for atom in [*adds, *ends]]
     slots = {"duration": f"(= ?duration {_duration(op, words)})", "condition": _all(conditions)}
     return _action("durative-action", op, words, {**slots, "effect": _all(changes)})
 

@@ -66,7 +66,7 @@ class PddlTask:
 def pddl_of(knowledge_base: KnowledgeBase, problem: PlanningProblem, form: Form) -> tuple[str, str]:
     """The problem as PDDL: the domain's and the problem's text."""
     stated = StatedZones(knowledge_base, problem)
-    words = Vocabulary(stated.knowledge_base, form)
+    words = Vocabulary(stated.knowledge_base, form, has_phases=True)
     return domain_text(words), problem_text(words, stated.problem)
 
 
@@ -102,7 +102,7 @@ def _initial(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
         for agent in words.agent_types():
             if words.base.file.is_a(kind, agent):
                 yield words.atom(words.word(agent, "idle"), (name,))
-    for op in words.base.operators:
+    for op in words.steps:
         measure = words.measure(op)
         if words.is_tabled(op):
             for row, seconds in duration_table(op, problem, words.base):

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
 
 from planner.interchange.pddl.names import Names
-from planner.knowledge import KnowledgeBase, Operator
+from planner.knowledge import KnowledgeBase, Operator, Phase
 from planner.knowledge.literal import Literal
 from planner.problem.duration_table import duration_parameters
 
@@ -21,15 +21,26 @@ class Form(StrEnum):
 class Vocabulary:
     """The names of one knowledge base in one form; problems add their objects."""
 
-    def __init__(self, knowledge_base: KnowledgeBase, form: Form, *, is_simplified: bool = False) -> None:
-        """:param is_simplified: for planners that cannot do more: durations as tables, nothing keeps agents to one
-        action at a time (the plan-net orders their actions).
+    def __init__(
+        self,
+        knowledge_base: KnowledgeBase,
+        form: Form,
+        *,
+        is_simplified: bool = False,
+        has_phases: bool = False,
+    ) -> None:
+        """
+        :param is_simplified: for planners that cannot do more: durations as tables, nothing keeps agents to one
+            action at a time (the plan-net orders their actions).
+        :param has_phases: True: phases are durative actions. Else actions stay whole, which asks for no less: their
+            conditions hold throughout, and what they bring about comes at their end.
         """
         self.base = knowledge_base
         self.is_temporal = form is Form.TEMPORAL
         self.is_simplified = is_simplified
         self.types = Names(knowledge_base.file.types)
-        self.operators = Names(op.name for op in knowledge_base.operators)
+        self.steps = knowledge_base.steps if has_phases and self.is_temporal else knowledge_base.operators
+        self.operators = Names(op.name for op in self.steps)
         self._words = Names((*knowledge_base.predicates, *knowledge_base.file.functions))
         self.objects = Names(knowledge_base.constants, (self.types, self.operators, self._words))
         self.twins = {effect.predicate for op in knowledge_base.operators for effect in op.other_effects}
@@ -58,9 +69,10 @@ class Vocabulary:
         )
 
     def is_tabled(self, op: Operator) -> bool:
-        """True if the operator's cost or duration is a table: all costs are, and durations that a team shares."""
-        return bool(duration_parameters(op)) and (
-            not self.is_temporal or self.is_simplified or len(op.members) > 1
+        """True if the operator's cost or duration is a table: all costs are, and durations of teams and phases."""
+        return isinstance(op, Phase) or (
+            bool(duration_parameters(op))
+            and (not self.is_temporal or self.is_simplified or len(op.members) > 1)
         )
 
     def measured(self, op: Operator) -> dict[str, str]:

@@ -64,6 +64,18 @@ def test_an_action_that_no_packet_achieves_is_a_fault(tmp_path: Path) -> None:
     ]
 
 
+def test_a_phase_that_no_packet_achieves_is_a_fault(tmp_path: Path) -> None:
+    folder = example(tmp_path)
+    change(folder / BASE, "- observed(ref)", "- observed(ref) at end - 2")
+    (fault,) = faults_of(load_packs([str(folder)]))
+    assert fault == (
+        f"{folder / BASE}: OBSERVE has phases: no packet of a behaviours library achieves under_way_observe_1"
+    )
+    packet = "      - observed(?ref)\n"
+    change(folder / LIBRARY, packet, packet + "      - under_way_observe_1(?robot, near, ?ref)\n")
+    assert list(faults_of(load_packs([str(folder)]))) == []
+
+
 def test_every_broken_part_is_told_at_once(tmp_path: Path) -> None:
     folder = example(tmp_path)
     for file, right in ((BASE, "duration: 6"), (PACKET, "about: Face")):

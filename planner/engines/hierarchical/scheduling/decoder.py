@@ -57,9 +57,12 @@ def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
                     if choice.stops[place] & PUSH and ways_made < most_ways and waits_for[n] != NONE:
                         holder = int(facts[waits_for[n], BY])
                         home = choice.stops[place] & STRICT > 0
-                        if holder >= 0 and _leave(model, state, holder, waits_for[n], place, length, home):
+                        now = -1
+                        if holder >= 0:
+                            now = _leave(model, state, holder, waits_for[n], place, length, home)
+                        if now >= 0:
                             ways_made += 1
-                            length += 1
+                            length = now
                             continue
             n = waiting if choice.stops[places[n]] & STRICT else n + 1
             continue
@@ -67,13 +70,14 @@ def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
         anyone = not anyone
         if anyone:
             continue
-        if ways_made == most_ways or not _make_way(
-            model, state, choice.stops, waits_for[:waiting], places, length
-        ):
+        now = -1
+        if ways_made < most_ways:
+            now = _make_way(model, state, choice.stops, waits_for[:waiting], places, length)
+        if now < 0:
             state.missing_fact[0] = _hopeless(model, waits_for[:waiting])
             return IMPOSSIBLE, length, 0.0
         ways_made += 1
-        length += 1
+        length = now
     return _cost(model, state, weights, length)
 
 
@@ -107,13 +111,15 @@ def _begin(model, choice, state):  # type: ignore[no-untyped-def]
 
 @inlined
 def _make_way(model, state, stops, waits_for, places, length):  # type: ignore[no-untyped-def]
-    """Have somebody bring about a fact that a leg waits for, by leaving; True if somebody could."""
+    """Have somebody bring about a fact that a leg waits for, by leaving: the number of steps then, -1 if nobody can."""
     for m in range(waits_for.shape[0]):
         for agent in range(state.free.shape[0]):
             home = stops[places[m]] & STRICT > 0
-            if waits_for[m] != NONE and _leave(model, state, agent, waits_for[m], places[m], length, home):
-                return True
-    return False
+            if waits_for[m] != NONE:
+                now = _leave(model, state, agent, waits_for[m], places[m], length, home)
+                if now >= 0:
+                    return now
+    return -1
 
 
 @inlined

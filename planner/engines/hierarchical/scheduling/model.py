@@ -1,8 +1,8 @@
 """The scheduling problem as arrays: what the decoder and the annealing work on.
 
 Everything is numbered: agents, classes, configurations, needs, ways between them, legs, steps (ground actions with
-their agents left open), and the *shared* facts, those fluent facts that are no agent's configuration. Ranges are
-given as in compressed sparse rows: the items of i are `first[i] … first[i + 1] - 1`.
+their agents left open, or phases of such), and the *shared* facts, those fluent facts that are no agent's
+configuration. Ranges are given as in compressed sparse rows: the items of i are `first[i] … first[i + 1] - 1`.
 """
 
 from typing import NamedTuple
@@ -49,6 +49,7 @@ class Model(NamedTuple):
     after: Ints  # (C, E) configuration after a leg's effect
     way_first: Ints  # (W+1,) into way_steps
     way_steps: Ints
+    way_actions: Ints  # (W,) how many actions it is; those with phases are several steps
     way_end: Ints  # (W,) configuration
     way_span_s: Floats  # (W,)
     near_first: Ints  # (C+1,) into near_ways: the quickest single steps to where some leg begins, to make way

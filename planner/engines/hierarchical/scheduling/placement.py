@@ -125,6 +125,33 @@ def ready_s(step_at, step_data, step, facts):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def _way_ready_s(model, way, facts):  # type: ignore[no-untyped-def]
+    """When the shared facts allow a way to begin, -1 where one is missing."""
+    ready = 0.0
+    driven = 0.0
+    for n in range(model.way_first[way], model.way_first[way + 1]):
+        step = model.way_steps[n]
+        allowed = ready_s(model.step_at, model.step_data, step, facts)
+        if allowed < 0.0:
+            ready = -1.0
+            break
+        ready = max(ready, allowed - driven)
+        driven += model.step_span_s[step]
+    return ready
+
+
+@inlined
+def _brings_about(model, way, fact):  # type: ignore[no-untyped-def]
+    """Whether one of a way's steps has the fact as an effect."""
+    found = False
+    for n in range(model.way_first[way], model.way_first[way + 1]):
+        at = model.step_at[model.way_steps[n]]
+        adds = at + HEADER + model.step_data[at + 1] + model.step_data[at + 2]
+        found = found or fact in model.step_data[adds : adds + model.step_data[at + 3]]
+    return found
+
+
+@inlined
 def _first_in_line(members, way, way_span_s, need, team, slot, free, configuration, ready):  # type: ignore[no-untyped-def]
     """The agent of the class that can begin first, the nearest among equals; -1 where nobody can."""
     best = -1
@@ -217,7 +244,7 @@ def _stop(model, state, agent, need, where):  # type: ignore[no-untyped-def]
             way = model.leave_ways[n] if model.leave_from[n] == here else NONE
         else:
             way = model.way[here, model.ahead_needs[n]]
-        if way < 0 or model.way_first[way + 1] - model.way_first[way] != 1:
+        if way < 0 or model.way_actions[way] != 1:
             continue
         rest = model.way[model.way_end[way], need]
         if rest == UNREACHABLE:
@@ -225,7 +252,7 @@ def _stop(model, state, agent, need, where):  # type: ignore[no-untyped-def]
         part = model.way_span_s[rest] if where == AHEAD else model.way_span_s[way]
         if part * 2.0 > whole:
             continue
-        ready = ready_s(model.step_at, model.step_data, model.way_steps[model.way_first[way]], state.facts)
+        ready = _way_ready_s(model, way, state.facts)
         if ready < 0.0:
             continue
         end = max(ready, state.free[agent, FREE]) + model.way_span_s[way] + model.way_span_s[rest]
@@ -375,7 +402,7 @@ def place_leg(model, state, leg, key, wanted, stops, anyone, length):  # type: i
 
 
 def leave(model, state, agent, fact, key, length, home):  # type: ignore[no-untyped-def]
-    """Have the agent leave where it stands, so that the fact comes about; True if it could.
+    """Have the agent leave where it stands, so that the fact comes about: the number of steps then, -1 if it cannot.
 
     :param home: True: rather to where it stood at first than to a near place.
     """
@@ -391,18 +418,9 @@ def leave(model, state, agent, fact, key, length, home):  # type: ignore[no-unty
             if model.leave_from[own] != here:
                 continue
             way = model.leave_ways[own]
-        step = model.way_steps[model.way_first[way]]
-        at = model.step_at[step]
-        adds = at + HEADER + model.step_data[at + 1] + model.step_data[at + 2]
-        if fact not in model.step_data[adds : adds + model.step_data[at + 3]]:
+        if not _brings_about(model, way, fact) or _way_ready_s(model, way, state.facts) < 0.0:
             continue
         state.team[0] = agent
-        end, _ = place(
-            model.step_at, model.step_data, model.step_span_s, step, state.team, state.facts,
-            state.free, state.cause, length, state.log, 0,
-        )  # fmt: skip
-        if end >= 0.0:
-            _note(state, length, step, agent, key)
-            state.configuration[agent] = model.way_end[way]
-            return True
-    return False
+        _, length, _ = _go(model, state, way, 0, key, length, 0)
+        return length
+    return -1

@@ -1,6 +1,7 @@
 """What is believed when a script ended before its time."""
 
 from app.domain.world_model import Facts, planning_problem, reconcile_report, revise_beliefs
+from benchmarks.planner.timed_store import timed_store
 from planner import Fact
 from tests.app.laboratory import Laboratory
 from tests.app.sample_store import Store, said
@@ -135,3 +136,17 @@ def test_two_that_hold_one_object_between_them_stand_in_one_place_however_each_s
     one = reconcile_report(held, "fred", by_fred, lab.base).apply(held)
     both = reconcile_report(one, "ginger", by_ginger, lab.base).apply(one)
     assert {lab.fact("near(fred, fred_spot)"), lab.fact("near(ginger, fred_spot)")} <= both
+
+
+def test_a_robot_that_stops_between_two_phases_is_no_longer_under_way() -> None:
+    store = Store(base=timed_store())
+    way = ("yard_1", "near", "home_yard_1", "near", "door_1", "yard")
+    begun = Fact("under_way_navigate_1", way)
+    others = Fact("under_way_navigate_1", ("yard_2", *way[1:]))
+    stands = store.fact("near(yard_1, home_yard_1)")
+    facts = revise_beliefs(store.facts, [begun, others], gone=[stands])
+    assert begun in facts
+    stopped = reconcile_report(facts, "yard_1", [said("near(yard_1, door_1)"), said(EMPTY)], store.base)
+    assert begun in stopped.remove
+    assert others in stopped.apply(facts)
+    assert store.fact("near(yard_1, door_1)") in stopped.apply(facts)
