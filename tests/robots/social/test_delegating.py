@@ -89,6 +89,8 @@ class Field:
         self.mute: set[str] = set()
         self.alone = frozenset(alone)
         self.heard: dict[str, Message] = {}
+        self.end: ScriptReport | None = None
+        """How fred's script has ended."""
         self.said: list[Message] = []
         self.ends: dict[str, InMemoryLink] = {}
         self._links: dict[str, InMemoryLink] = {}
@@ -167,6 +169,8 @@ class Field:
                         self.ends[message.receiver].send(message)
                     continue
                 self.heard[message.id] = message
+                if self.end is None and message.sender == "fred" and isinstance(message.body, ScriptReport):
+                    self.end = message.body
                 if self.in_reach and isinstance(message.body, REPORTS):
                     receipt = Message(
                         performative=Performative.CONFIRM,
@@ -177,12 +181,6 @@ class Field:
                         body=Receipt(),
                     )
                     end.send(receipt)
-
-    @property
-    def end(self) -> ScriptReport | None:
-        """How fred's script has ended."""
-        bodies = (message.body for message in self.heard.values() if message.sender == "fred")
-        return next((body for body in bodies if isinstance(body, ScriptReport)), None)
 
     @property
     def delegations(self) -> list[DelegationReport]:
