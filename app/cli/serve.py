@@ -33,6 +33,7 @@ from app.domain.errors import Invalid, Unavailable
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
 from app.settings import Settings
+from planner.engines.garbage_collection import garbage_collection_paused
 from robots.background_compilation import BackgroundCompilation
 from robots.world import WorldFile
 from sim import SupervisedWorld
@@ -87,31 +88,33 @@ def serve(
         )
         start = partial(_simulation, simulations, tell=progress.tell)
         starts = [threads.submit(start, world) for world in worlds if broker is None]
-        # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
-        from app.composition import Service
+        with garbage_collection_paused():  # it would scan what is being imported, for half a CPU second
+            # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
+            from app.composition import Service
 
-        if broker is None:
-            running = [
-                parts.enter_context(_embedded(world, simulation.result(), speed))
-                for world, simulation in zip(worlds, starts, strict=True)
-            ]
-        else:
-            running = [
-                parts.enter_context(world_over_broker(broker, world, start_new=start_new)) for world in worlds
-            ]
-        view = ViewProcess()
-        service = parts.enter_context(
-            Service(
-                settings,
-                running,
-                viewer=view.address,
-                worker=worker,
-                host=simulations if broker is None else FleetHost(broker),
-                compilation=compilation,
+            if broker is None:
+                running = [
+                    parts.enter_context(_embedded(world, simulation.result(), speed))
+                    for world, simulation in zip(worlds, starts, strict=True)
+                ]
+            else:
+                running = [
+                    parts.enter_context(world_over_broker(broker, world, start_new=start_new))
+                    for world in worlds
+                ]
+            view = ViewProcess()
+            service = parts.enter_context(
+                Service(
+                    settings,
+                    running,
+                    viewer=view.address,
+                    worker=worker,
+                    host=simulations if broker is None else FleetHost(broker),
+                    compilation=compilation,
+                )
             )
-        )
-        server.serve(service.api)
-        gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
+            server.serve(service.api)
+            gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
         try:
             with end_signal() as ending:
                 _attend(ending, server, service, view, progress, compilation)
