@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from fastapi.dependencies import models
 from fastapi.testclient import TestClient
 from sqlalchemy import Engine, event
 
@@ -92,18 +91,6 @@ def connections_lent(engine: Engine) -> set[object]:
     event.listen(engine, "checkout", lambda _, record, __: lent.add(record))
     event.listen(engine, "checkin", lambda _, record: lent.discard(record))
     return lent
-
-
-@pytest.fixture(autouse=True)
-def forget_routes() -> Iterator[None]:
-    """Have FastAPI forget the routes of a service that has ended, and with them all that they hold.
-
-    It keeps what it knows of functions, by function, as long as the process lives: 26 000 objects a service.
-    """
-    yield
-    for kept in vars(models).values():
-        if hasattr(kept, "cache_clear"):
-            kept.cache_clear()
 
 
 @pytest.fixture
