@@ -33,7 +33,6 @@ from app.domain.errors import Invalid, Unavailable
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
 from app.settings import Settings
-from planner.engines.garbage_collection import garbage_collection_paused
 from robots.background_compilation import BackgroundCompilation
 from robots.world import WorldFile
 from sim import SupervisedWorld
@@ -88,6 +87,8 @@ def serve(
         )
         start = partial(_simulation, simulations, tell=progress.tell)
         starts = [threads.submit(start, world) for world in worlds if broker is None]
+        from planner.engines.garbage_collection import garbage_collection_paused
+
         with garbage_collection_paused():  # it would scan what is being imported, for half a CPU second
             # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
             from app.composition import Service
