@@ -6,8 +6,14 @@ from math import dist
 from planner.fact import Fact
 from planner.problem.interface import PlanningProblem
 from robots.world import WorldFile, load_world
+from robots.world.generate import generate_world, store_shape
 
 Points = dict[str, tuple[float, float]]
+
+
+def small_store() -> WorldFile:
+    """A world of one aisle; reading its problems as PDDL takes half as long as those of the sample store."""
+    return generate_world(store_shape(aisles=1, yard_robots=2, doors=1, bays=2, samples=1))
 
 
 def inside(sample: str, place: str) -> Fact:

@@ -9,7 +9,7 @@ from planner.interchange.foreign import import_domain, import_problem
 from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.relaxation import is_relaxed_reachable
-from tests.planner.store import inside, store_problem
+from tests.planner.store import inside, small_store, store_problem
 
 DELIVERY = """
 (define (domain delivery)
@@ -142,8 +142,10 @@ def test_what_is_no_pddl_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize("form", Form)
 def test_what_we_write_comes_back_as_the_same_problem(knowledge_base: KnowledgeBase, form: Form) -> None:
-    for place, reachable in (("bay_7", True), ("home_yard_1", False)):
-        problem = store_problem([inside("sample_1", place)])
+    for place, reachable in (("bay_2", True), ("home_yard_1", False)):
+        problem = store_problem(
+            [inside("sample_1", place)], samples={"sample_1": "door_1"}, world=small_store()
+        )
         words = Vocabulary(knowledge_base, form)
         read = import_problem(domain_text(words), problem_text(words, problem), agents=("robot",))
         assert len(read.knowledge_base.operators) == len(knowledge_base.operators)

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from planner import Fact, GroundAction, KnowledgeBase
+from planner import Fact, GroundAction, KnowledgeBase, PlanningProblem
 from planner.interchange.pddl import Form, PddlTask, Vocabulary, domain_text, problem_text
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.plan_nets.extraction import fault_of
-from tests.planner.store import inside, store_problem
+from tests.planner.store import inside, small_store, store_problem
 
 STORING = store_problem([inside("sample_1", "bay_7")], samples={"sample_1": "door_1"})
+SMALL = store_problem([inside("sample_1", "bay_2")], samples={"sample_1": "door_1"}, world=small_store())
 STEP = re.compile(r"^(?:[\d.]+:\s*)?\(([^)]*)\)\s*(?:\[([\d.]+)\])?", re.MULTILINE)
 
 
@@ -48,7 +49,7 @@ def test_lpg_finds_plans_that_are_plans_of_ours(
 def test_unified_planning_reads_costs_as_the_actions_costs(knowledge_base: KnowledgeBase) -> None:
     from unified_planning.io import PDDLReader
 
-    texts = written(knowledge_base, Form.CLASSICAL)
+    texts = written(knowledge_base, Form.CLASSICAL, SMALL)
     with UNIFIED_PLANNING_LOCK:
         read = PDDLReader().parse_problem_string(*texts)
     (metric,) = read.quality_metrics
@@ -56,10 +57,12 @@ def test_unified_planning_reads_costs_as_the_actions_costs(knowledge_base: Knowl
     assert not any(effect.is_increase() for action in read.actions for effect in action.effects)
 
 
-def written(knowledge_base: KnowledgeBase, form: Form = Form.TEMPORAL) -> tuple[str, str]:
+def written(
+    knowledge_base: KnowledgeBase, form: Form = Form.TEMPORAL, problem: PlanningProblem = STORING
+) -> tuple[str, str]:
     """Domain and problem."""
     words = Vocabulary(knowledge_base, form)
-    return domain_text(words), problem_text(words, STORING)
+    return domain_text(words), problem_text(words, problem)
 
 
 def translated(folder: Path) -> str:
@@ -101,11 +104,11 @@ def test_a_goal_that_only_comes_about_by_the_way_stays_out_of_reach(
 def test_an_external_reader_takes_the_temporal_domain(knowledge_base: KnowledgeBase) -> None:
     from unified_planning.io import PDDLReader
 
-    texts = written(knowledge_base)
+    texts = written(knowledge_base, problem=SMALL)
     with UNIFIED_PLANNING_LOCK:
         read = PDDLReader().parse_problem_string(*texts)
     assert {action.name for action in read.actions} == {op.name for op in knowledge_base.operators}
-    assert len(read.all_objects) == len(STORING.objects) + len(knowledge_base.constants)
+    assert len(read.all_objects) == len(SMALL.objects) + len(knowledge_base.constants)
 
 
 def test_keywords_and_strange_names_become_names_that_readers_take(knowledge_base: KnowledgeBase) -> None:
