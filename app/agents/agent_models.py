@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Protocol
 
-from sqlalchemy import Select, or_, select, union
+from sqlalchemy import Row, Select, or_, select, union
 
 from app.agents.communications import MIN_RESEND_S, Communications
 from app.agents.edition_delivery import EditionDelivery
@@ -24,6 +24,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.script import Delivery, order_label, unanswered_order
 from app.store import Database, MissionRow, ScriptRow, is_unavailable
+from app.store.known_empty import KnownEmpty
 from app.workflows.background import Background
 from robots.clock import Clock
 from robots.link import Link, LinkClosed
@@ -208,6 +209,7 @@ class AgentModels:
         self._embodiments = embodiments
         self._foreign = foreign
         self._wall = wall
+        self._none_unanswered = KnownEmpty(database, ScriptRow, MissionRow, clock=wall)
         self._served: Mapping[str, LinkSpec] = {}
         self._serve(robots())
         self._due = threading.Event()
@@ -223,6 +225,7 @@ class AgentModels:
         self._served = robots
         self._robots = frozenset(robots)
         self._open_scripts_query = _open_scripts_query(self._world, self._robots)
+        self._none_unanswered.forget(self._world)
 
     def start(self) -> None:
         self._background.start()
@@ -231,6 +234,7 @@ class AgentModels:
         self._background.end()
         if self._due.set in self._database.committed:
             self._database.committed.remove(self._due.set)
+        self._none_unanswered.close()
 
     def _run(self) -> None:
         due_s = 0.0
@@ -436,13 +440,15 @@ class AgentModels:
             )
 
     def _open_scripts(self) -> Sequence[ScriptRow]:
-        with self._database.read() as session:
-            found = session.execute(self._open_scripts_query).all()
         return [
             row
-            for row, state in found
+            for row, state in self._none_unanswered.read(self._world, self._unanswered)
             if state != MissionState.PAUSED or row.delivery != Delivery.PENDING or row.stopping
         ]
+
+    def _unanswered(self) -> Sequence[Row[ScriptRow, str]]:
+        with self._database.read() as session:
+            return session.execute(self._open_scripts_query).all()
 
 
 def order_id(robot: str, order: MindOrder) -> str:

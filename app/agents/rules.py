@@ -11,6 +11,7 @@ from app.core import Core
 from app.domain.errors import Invalid, Outdated
 from app.domain.events import RulesAcknowledged, RulesRefused, RulesSet
 from app.store import RoleRow, RulesRow
+from app.store.known_empty import KnownEmpty
 from app.store.roles import role_in_force
 from robots.errors import RuleError
 from robots.repertoire import Repertoire
@@ -68,6 +69,7 @@ class RuleService:
     def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile], repertoire: Repertoire) -> None:
         """:param repertoire: the packets of the robots' software."""
         self._database = core.database
+        self._none_pending = KnownEmpty(core.database, RulesRow)
         self._events = core.events
         self._worlds = worlds
         self._check_files = rule_check(repertoire)
@@ -132,6 +134,9 @@ class RuleService:
 
     def pending(self, world: str) -> Sequence[RulesRow]:
         """The rules still to be delivered to robots of the world."""
+        return self._none_pending.read(world, lambda: self._pending(world))
+
+    def _pending(self, world: str) -> Sequence[RulesRow]:
         query = select(RulesRow).where(RulesRow.world == world, RulesRow.delivery == PENDING)
         with self._database.read() as session:
             return session.scalars(query.order_by(RulesRow.robot)).all()

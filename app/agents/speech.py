@@ -20,6 +20,7 @@ from app.domain.ids import new_id
 from app.domain.lifecycles import conversation as life
 from app.domain.lifecycles.conversation import OutOfProtocol
 from app.store import ConversationRow
+from app.store.known_empty import KnownEmpty
 from robots.clock import Clock
 from robots.social import ContentError, Heard, Reply, Term, content_of, parse_term
 from robots.social.protocols import INFORM, InteractionProtocol
@@ -69,6 +70,7 @@ class SpeechService:
         """:param paces: by world, its seconds per wall-clock second now, None: as fast as possible; default: 1."""
         self._paces = paces or {}
         self._database = core.database
+        self._none_open = KnownEmpty(core.database, ConversationRow)
         self._events = core.events
         self._worlds = worlds
         self._clocks = clocks
@@ -192,11 +194,7 @@ class SpeechService:
 
         Conversations whose time is over end here.
         """
-        open_ones = select(ConversationRow).where(
-            ConversationRow.world == world, or_(ConversationRow.is_over.is_(False), ConversationRow.is_due)
-        )
-        with self._database.read() as session:
-            rows = session.scalars(open_ones.order_by(ConversationRow.opened_at, ConversationRow.robot)).all()
+        rows = self._none_open.read(world, lambda: self._open(world))
         now_s = self._clocks[world].now_s()
         late = [
             row for row in rows if not row.is_over and row.reply_by_s is not None and now_s >= row.reply_by_s
@@ -204,6 +202,14 @@ class SpeechService:
         if late:
             self._end_late(late, now_s)
         return [_speech(row) for row in rows if life.is_to_be_said(row) and row not in late]
+
+    def _open(self, world: str) -> Sequence[ConversationRow]:
+        """The conversations that are not over, or whose end is still to be said."""
+        query = select(ConversationRow).where(
+            ConversationRow.world == world, or_(ConversationRow.is_over.is_(False), ConversationRow.is_due)
+        )
+        with self._database.read() as session:
+            return session.scalars(query.order_by(ConversationRow.opened_at, ConversationRow.robot)).all()
 
     def was_said(self, one: Speech) -> None:
         """Record that what ends a conversation was sent."""

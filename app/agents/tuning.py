@@ -10,6 +10,7 @@ from app.core import Core
 from app.domain.errors import Invalid, NotFound, Outdated
 from app.domain.events import TuningAcknowledged, TuningRefused, TuningSet
 from app.store import TuningRow
+from app.store.known_empty import KnownEmpty
 from robots.errors import RepertoireError
 from robots.repertoire import Repertoire, parameters
 from robots.wire import PacketTunings, Performative, TuningReport
@@ -53,6 +54,7 @@ class TuningService:
     def __init__(self, core: Core, *, worlds: Mapping[str, WorldFile], repertoire: Repertoire) -> None:
         """:param repertoire: the packets of the robots' software."""
         self._database = core.database
+        self._none_pending = KnownEmpty(core.database, TuningRow)
         self._events = core.events
         self._worlds = worlds
         self._repertoire = repertoire
@@ -99,6 +101,9 @@ class TuningService:
 
     def pending(self, world: str) -> Sequence[TuningRow]:
         """The tunings still to be delivered to robots of the world."""
+        return self._none_pending.read(world, lambda: self._pending(world))
+
+    def _pending(self, world: str) -> Sequence[TuningRow]:
         query = select(TuningRow).where(TuningRow.world == world, TuningRow.delivery == PENDING)
         with self._database.read() as session:
             return session.scalars(query.order_by(TuningRow.robot)).all()

@@ -27,6 +27,7 @@ from app.missions.world_changes import WorldChanges
 from app.store import EditionRow, EmbodimentRow, MissionRow
 from app.store.editions import WorldDirectory
 from app.store.engine import is_unavailable
+from app.store.known_empty import KnownEmpty
 from app.store.records import lock_running_missions
 from app.store.tables import utc_now
 from robots.clock import Clock
@@ -84,6 +85,7 @@ class EmbodimentService:
     ) -> None:
         """:param clocks: the worlds' clocks by the world's name."""
         self._core = core
+        self._none_open = KnownEmpty(core.database, EmbodimentRow)
         self._worlds = worlds
         self._clocks = clocks
         self._changes = changes
@@ -139,18 +141,11 @@ class EmbodimentService:
 
     def due(self, world: str) -> Sequence[DueOrder]:
         """The orders that robots of the world have not answered; steps that have become possible are made before."""
-        newest = (
-            select(EmbodimentRow.robot, func.max(EmbodimentRow.fence))
-            .where(EmbodimentRow.world == world)
-            .group_by(EmbodimentRow.robot)
-        )
-        query = select(EmbodimentRow).where(
-            EmbodimentRow.world == world,
-            tuple_(EmbodimentRow.robot, EmbodimentRow.fence).in_(newest),
-            or_(EmbodimentRow.state.in_(OPEN), EmbodimentRow.lease_s.is_not(None)),
-        )
+        rows = self._none_open.read(world, lambda: self._open(world))
+        if not rows:
+            self._leased[world] = False
+            return []
         with self._core.database.read() as session:
-            rows = session.scalars(query).all()
             steps = [row for row in rows if self._has_step(session, row)]
         for row in steps:
             try:
@@ -162,10 +157,24 @@ class EmbodimentService:
                     raise
                 logger.exception("the move of %s's mind, %s, cannot go on", row.robot, row.state)
         if steps:
-            with self._core.database.read() as session:
-                rows = session.scalars(query).all()
+            rows = self._open(world)
         self._leased[world] = any(row.lease_s is not None for row in rows)
         return [order for row in rows if (order := _order(row)) is not None]
+
+    def _open(self, world: str) -> Sequence[EmbodimentRow]:
+        """The newest move of each robot whose mind moves, or has a lease."""
+        newest = (
+            select(EmbodimentRow.robot, func.max(EmbodimentRow.fence))
+            .where(EmbodimentRow.world == world)
+            .group_by(EmbodimentRow.robot)
+        )
+        query = select(EmbodimentRow).where(
+            EmbodimentRow.world == world,
+            tuple_(EmbodimentRow.robot, EmbodimentRow.fence).in_(newest),
+            or_(EmbodimentRow.state.in_(OPEN), EmbodimentRow.lease_s.is_not(None)),
+        )
+        with self._core.database.read() as session:
+            return session.scalars(query).all()
 
     def has_leases(self, world: str) -> bool:
         """Whether robots of the world had leases when `due` was called last."""

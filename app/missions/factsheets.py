@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from sqlalchemy import delete, or_, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, load_only
 
 from app.agents.agent_models import FactsheetReply, Reception
 from app.core import Core
@@ -29,6 +29,7 @@ from app.missions.world_changes import NEEDED, WorldChanges
 from app.store import EditionRow, FactsheetRow, UnaskedRobotRow, WorldRow
 from app.store.editions import WorldDirectory
 from app.store.facts import factsheet_of
+from app.store.known_empty import KnownEmpty
 from app.store.records import lock_running_missions
 from app.store.tables import utc_now
 from robots.clock import Clock
@@ -59,6 +60,7 @@ class Factsheets:
     ) -> None:
         """:param admits_all: robots that no world has are added without an operator's word."""
         self._core = core
+        self._none_open = KnownEmpty(core.database, FactsheetRow)
         self._worlds = worlds
         self._clocks = clocks
         self._changes = changes
@@ -90,10 +92,7 @@ class Factsheets:
 
         A robot that repeats itself gets its answer again.
         """
-        open_ = or_(FactsheetRow.is_told.is_(False), FactsheetRow.state == FactsheetState.POSTPONED)
-        columns = (FactsheetRow.robot, FactsheetRow.state, FactsheetRow.is_told)
-        with self._core.database.read() as session:
-            found = session.execute(select(*columns).where(FactsheetRow.world == world, open_)).all()
+        found = self._none_open.read(world, lambda: self._open(world))
         postponed = [one.robot for one in found if one.state == FactsheetState.POSTPONED]
         has_news = self._retry(world, postponed)
         turned_down = [
@@ -103,6 +102,14 @@ class Factsheets:
         ]
         is_due = has_news or any(not one.is_told for one in found)
         return [*turned_down, *(self._untold(world) if is_due else ())]
+
+    def _open(self, world: str) -> Sequence[FactsheetRow]:
+        """The factsheets that had to wait, or whose robots are to be answered."""
+        open_ = or_(FactsheetRow.is_told.is_(False), FactsheetRow.state == FactsheetState.POSTPONED)
+        columns = load_only(FactsheetRow.state, FactsheetRow.is_told, raiseload=True)
+        query = select(FactsheetRow).where(FactsheetRow.world == world, open_).options(columns)
+        with self._core.database.read() as session:
+            return session.scalars(query).all()
 
     def _retry(self, world: str, robots: Sequence[str]) -> bool:
         """Follow the postponed factsheets that no mission stands in the way of; True if there is one."""

@@ -25,6 +25,7 @@ from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, HoldRow, MissionRow
 from app.store.editions import WorldDirectory
 from app.store.event_log import EventLog
+from app.store.known_empty import KnownEmpty
 from app.store.standing_holds import end_in_words, standing_rows
 from planner import KnowledgeBaseError
 from robots.clock import Clock
@@ -71,6 +72,7 @@ class HoldService:
         self._waiting = waiting
         self._wall_clock = wall_clock
         self._watched: dict[str, _Watched] = {}
+        self._none_stand = KnownEmpty(core.database, HoldRow)
         core.database.committed.append(self._note_change)
 
     def issues(
@@ -189,16 +191,25 @@ class HoldService:
             return
         watched.has_changed.clear()
         try:
-            with self._database.read() as session:
-                rows = standing_rows(session, world)
-                over = [row.id for row in rows if self._ending(session, row) is not None]
-            if over:
+            rows = self._none_stand.read(world, lambda: self._standing(world))
+            if over := self._over(rows):
                 self._end_over(world, over)
         except BaseException:  # the database is away; the next call tries again
             watched.has_changed.set()
             raise
         watched.next_at = min((r.ends_at for r in rows if r.ends_at is not None), default=None)
         watched.next_s = min((r.ends_at_s for r in rows if r.ends_at_s is not None), default=None)
+
+    def _standing(self, world: str) -> Sequence[HoldRow]:
+        with self._database.read() as session:
+            return standing_rows(session, world)
+
+    def _over(self, rows: Sequence[HoldRow]) -> Sequence[str]:
+        """The ids of those whose end has come."""
+        if not rows:
+            return ()
+        with self._database.read() as session:
+            return [row.id for row in rows if self._ending(session, row) is not None]
 
     def _end_over(self, world: str, ids: Sequence[str]) -> None:
         with self._database.write() as session:

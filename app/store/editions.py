@@ -33,7 +33,7 @@ class WorldDirectory(Mapping[str, WorldFile]):
         """Called with the name of a world that no longer runs here."""
         self._has_changed = threading.Event()
         if database.shared:
-            database.committed.append(self._has_changed.set)
+            database.watch(self._has_changed.set, EditionRow)
 
     def __getitem__(self, name: str) -> WorldFile:
         return self.edition(name).world

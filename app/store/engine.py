@@ -16,7 +16,20 @@ from typing import Any
 
 import psycopg
 from pydantic_core import from_json
-from sqlalchemy import Connection, Engine, create_engine, event, func, insert, make_url, select
+from sqlalchemy import (
+    Connection,
+    Engine,
+    Executable,
+    Function,
+    Table,
+    UpdateBase,
+    create_engine,
+    event,
+    func,
+    insert,
+    make_url,
+    select,
+)
 from sqlalchemy.engine.interfaces import DBAPIConnection
 from sqlalchemy.exc import DBAPIError, DisconnectionError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
@@ -67,16 +80,36 @@ class Database:
         """Writers on SQLite queue here: SQLite's own wait polls ten times a second, and lets later ones overtake."""
         self.committed: list[Callable[[], None]] = []
         """Called after each committed write transaction of this process and, once notified, of other processes."""
+        self.watching: list[tuple[frozenset[str], Callable[[], None]]] = []
+        """Calls of `watch`, each with the names of its tables."""
+        _note_written_tables(self.engine)
 
     @property
     def shared(self) -> bool:
         """True if other processes may use the database: PostgreSQL."""
         return self.engine.dialect.name != "sqlite"
 
+    def watch(self, call: Callable[[], None], *tables: type[DeclarativeBase]) -> None:
+        """Have a function called after each commit that wrote to one of these tables.
+
+        After commits of other processes, whose tables are not known, it is always called, once notified.
+        """
+        self.watching.append((frozenset(table.__tablename__ for table in tables), call))
+
+    def unwatch(self, call: Callable[[], None]) -> None:
+        """Undo `watch`."""
+        self.watching = [one for one in self.watching if one[1] != call]
+
+    def written_elsewhere(self) -> None:
+        """Another process has written."""
+        for call in (*(call for _, call in self.watching), *self.committed):
+            call()
+
     @contextmanager
     def write(self) -> Iterator[Session]:
         """A read-write transaction; commits at the end, rolls back on an exception."""
         with self._turn, self.engine.connect() as connection:
+            written = connection.info[_WRITES] = []
             if connection.dialect.name == "sqlite":
                 connection.exec_driver_sql("BEGIN IMMEDIATE")
             with Session(connection, expire_on_commit=False) as session:
@@ -88,6 +121,10 @@ class Database:
                     connection.rollback()
                     raise
                 connection.commit()
+        # First: what the others wake may ask what was written.
+        for tables, call in self.watching:
+            if not tables.isdisjoint(written):
+                call()
         for call in (*self.committed, *session.info.get(_AFTER_COMMIT, ())):
             call()
 
@@ -101,22 +138,25 @@ class Database:
                 yield session
             connection.rollback()
 
-    def lock(self, session: Session, name: str) -> None:
-        """Hold the named lock until the end of the write transaction; on SQLite it excludes all others anyway."""
+    def lock(self, session: Session, *names: str) -> None:
+        """Hold the named locks until the end of the write transaction; on SQLite it excludes all others anyway.
+
+        Locks of one kind are to be named in alphabetical order, so that no two transactions wait for each other.
+        """
         if self.shared:
-            key = int.from_bytes(sha256(f"macta {name}".encode()).digest()[:8], signed=True)
-            session.execute(select(func.pg_advisory_xact_lock(key)))
+            session.connection().execute(select(*map(_lock, names)))
 
     def _write_last(self, session: Session) -> None:
         """Write the rows numbered in commit order and notify other processes; no lock is taken after this."""
-        if last := session.info.pop(_LAST, None):
-            self.lock(session, IN_ORDER)
-            for table, rows in last.items():
-                session.execute(insert(table), rows)
-            announce(session, WRITTEN)
-        if self.shared and (topics := session.info.pop(_TOPICS, ())):
+        last = session.info.pop(_LAST, {})
+        topics = {*session.info.pop(_TOPICS, ()), *([WRITTEN] if last else [])}
+        connection = session.connection()
+        if self.shared and topics:
+            # One statement. Others get the notifications when the transaction commits.
             notify = (func.pg_notify(CHANNEL, f"{topic} {self.name}") for topic in sorted(topics))
-            session.execute(select(*notify))
+            connection.execute(select(*([_lock(IN_ORDER)] if last else []), *notify))
+        for table, rows in last.items():
+            connection.execute(insert(table.__table__), rows)
 
     def close(self) -> None:
         self.engine.dispose()
@@ -126,8 +166,16 @@ class Database:
 _AFTER_COMMIT = "after_commit"
 _LAST = "last"
 _TOPICS = "topics"
-# Key of a pooled connection's `info`.
+# Keys of a pooled connection's `info`.
 _USED_S = "used_s"
+_WRITES = "writes"
+
+
+def count_writes(session: Session) -> int:
+    """The number of statements by which the session's transaction has changed something so far."""
+    if session.new or session.dirty or session.deleted:
+        session.flush()
+    return len(session.connection().info.get(_WRITES, ()))
 
 
 def write_last(session: Session, table: type[DeclarativeBase], **values: Any) -> None:
@@ -136,6 +184,11 @@ def write_last(session: Session, table: type[DeclarativeBase], **values: Any) ->
     On PostgreSQL a transaction could otherwise commit after another one that got higher numbers.
     """
     session.info.setdefault(_LAST, {}).setdefault(table, []).append(values)
+
+
+def _lock(name: str) -> Function[None]:
+    key = int.from_bytes(sha256(f"macta {name}".encode()).digest()[:8], signed=True)
+    return func.pg_advisory_xact_lock(key)
 
 
 def announce(session: Session, topic: str) -> None:
@@ -222,6 +275,15 @@ def _engine(url: str) -> Engine:
         """`Database` issues BEGIN."""
 
     return engine
+
+
+def _note_written_tables(engine: Engine) -> None:
+    """Note the table of each statement of a transaction that changes rows."""
+
+    @event.listens_for(engine, "before_execute")
+    def _note(connection: Connection, statement: Executable, *_: object) -> None:
+        if isinstance(statement, UpdateBase) and isinstance(statement.table, Table):
+            connection.info.setdefault(_WRITES, []).append(statement.table.name)
 
 
 def replace_broken_connections(engine: Engine) -> None:

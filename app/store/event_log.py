@@ -24,7 +24,7 @@ class EventLog:
         self._database = database
         self._changed = threading.Condition()
         self._generation = 0
-        database.committed.append(self._notify)
+        database.watch(self._notify, EventRow)
 
     def append(self, session: Session, event: Event) -> None:
         """Record the event."""
@@ -54,7 +54,7 @@ class EventLog:
         return self._generation
 
     def wait(self, generation: int, timeout_s: float) -> int:
-        """Block until a transaction has committed since `generation`; returns the new generation."""
+        """Block until events have been committed since `generation`; returns the new generation."""
         with self._changed:
             self._changed.wait_for(lambda: self._generation != generation, timeout_s)
             return self._generation

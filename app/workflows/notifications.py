@@ -36,11 +36,11 @@ class NotificationListener:
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
-        :param topics: handlers by topic, besides those in `Database.committed`.
+        :param topics: handlers by topic, besides what is called after commits of the database.
         :param wake: wakes a workflow that runs here, by its id; with None all of them, after a reconnection.
         """
         self._database = database
-        self._topics: Mapping[str, Callable[[], None]] = {WRITTEN: self._written, **topics}
+        self._topics: Mapping[str, Callable[[], None]] = {WRITTEN: database.written_elsewhere, **topics}
         self._wake = wake
         self._clock = clock
         self._background = Background("notifications", self._run)
@@ -89,7 +89,3 @@ class NotificationListener:
                 self._topics[name]()
         except Exception:
             logger.exception("handling of a notification failed (topic %s)", topic)
-
-    def _written(self) -> None:
-        for call in self._database.committed:
-            call()
