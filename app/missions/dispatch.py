@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping, Sequence
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
@@ -41,19 +40,12 @@ class ScriptDispatcher:
         self._clearing = clearing
         self._delegating = delegating
 
-    def is_dispatched(self, session: Session, mission: MissionRow) -> bool:
-        """True if the scripts of the mission's plan are recorded."""
-        here = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
-        return session.scalars(select(ScriptRow.id).where(*here)).first() is not None
-
     def dispatch(self, session: Session, mission: MissionRow, now_s: float, *, answer_s: float) -> str:
-        """Record the scripts for delivery, unless they are; returns why they cannot be made, empty if they can.
+        """Record the scripts for delivery; returns why they cannot be made, empty if they can.
 
         :param now_s: the world's clock.
         :param answer_s: world seconds that an answer from a robot may take by its radio.
         """
-        if self.is_dispatched(session, mission):
-            return ""
         net = self._core.plan_nets.of(session, mission.plan_id)
         organised = organise(
             net,

@@ -103,20 +103,12 @@ class MissionLife:
         or_give_up(lambda: self._run(mission_id), partial(self._give_up, mission_id))
 
     def _run(self, mission_id: str) -> None:
-        if not step("organise", lambda: self._organise(mission_id)):
-            return
         while (sleep_s := step("monitor", lambda: self.monitor(mission_id))) is not None:
             sleep_until_woken(sleep_s)
 
-    def _organise(self, mission_id: str) -> bool:
-        """Turn the plan-net into scripts for the agent models to deliver; False if the mission has ended."""
-        with self._database.write() as session:
-            mission = lock_mission(session, mission_id)
-            return not has_ended(mission) and self._ensure_dispatched(session, mission)
-
-    def _ensure_dispatched(self, session: Session, mission: MissionRow) -> bool:
-        """Record the scripts of the mission's plan for delivery, unless they are; False if that ended the mission."""
-        if mission.cancel_requested and not self._dispatcher.is_dispatched(session, mission):
+    def _dispatch(self, session: Session, mission: MissionRow) -> bool:
+        """Turn the plan-net into scripts for the agent models to deliver; False if that ended the mission."""
+        if mission.cancel_requested:
             self._close(session, mission, cancelled())
             return False
         times = self._times[mission.world]
@@ -126,12 +118,19 @@ class MissionLife:
         return not why_not
 
     def monitor(self, mission_id: str) -> float | None:
-        """Review the mission once and act on the verdict; returns how long to sleep (wall clock), None at its end."""
+        """Review the mission once and act on the verdict; returns how long to sleep (wall clock), None at its end.
+
+        Before that, the scripts of a plan that has none yet are made.
+        """
         with self._database.write() as session:
             mission = lock_mission(session, mission_id)
-            if has_ended(mission) or not self._ensure_dispatched(session, mission):
+            if has_ended(mission):
                 return None
             scripts = scripts_of_all_plans(session, mission_id)
+            if all(script.plan_id != mission.plan_id for script in scripts):
+                if not self._dispatch(session, mission):
+                    return None
+                scripts = scripts_of_all_plans(session, mission_id)
             times = self._times[mission.world]
             now_s = times.clock.now_s()
             monotonic_s = self._clock.monotonic_s()

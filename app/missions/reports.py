@@ -177,8 +177,7 @@ class MissionReports:
             return []
         with self._database.write() as session:
             ids = sorted({_key(message) for message in messages})
-            for message_id in ids:
-                self._database.lock(session, message_id)  # another process may receive it, too
+            self._database.lock(session, *ids)  # another process may receive them, too
             known = set(session.scalars(select(MessageRow.id).where(MessageRow.id.in_(ids))))
             subjects = _subjects_of(session, [one for one in messages if _key(one) not in known])
             freeing = {

@@ -111,7 +111,7 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
         self._limits = limits
 
     def load(self, session: Session, subject_id: str, *, lock: bool) -> GoalRow:
-        return session.get_one(GoalRow, subject_id, with_for_update=lock)
+        return session.get_one(GoalRow, subject_id, with_for_update=lock or None)
 
     def attempt_key(self, subject: GoalRow) -> Hashable:
         return subject.plan_id if _is_searched(subject) else None

@@ -204,7 +204,7 @@ class PlanApproval:
         delegate: bool,
     ) -> None:
         """Record the mission that carries out the plan, and start its workflow."""
-        body = PlanBody.model_validate(plan.body)
+        makespan_s = plan.body["makespan_s"]
         mission = MissionRow(
             id=mission_id,
             workflow=mission_id,
@@ -212,8 +212,8 @@ class PlanApproval:
             plan_id=plan.id,
             world=plan.world,
             state=MissionState.PENDING,
-            estimate_s=body.makespan_s,
-            original_estimate_s=body.makespan_s,
+            estimate_s=makespan_s,
+            original_estimate_s=makespan_s,
             margin_s=margin_s,
             deadline_s=goal.deadline_at_s,
             recovery=goal.recovery,
@@ -227,7 +227,7 @@ class PlanApproval:
                 subject=mission.id,
                 goal=goal.id,
                 plan=plan.id,
-                robots=tuple(body.robots),
+                robots=tuple(plan.body["robots"]),
                 state=MissionState.PENDING,
             ),
         )

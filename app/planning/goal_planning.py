@@ -65,7 +65,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         self._requests = requests
 
     def load(self, session: Session, subject_id: str, *, lock: bool) -> GoalRow:
-        return session.get_one(GoalRow, subject_id, with_for_update=lock)
+        return session.get_one(GoalRow, subject_id, with_for_update=lock or None)
 
     def attempt_key(self, subject: GoalRow) -> Hashable:
         if subject.state != GoalState.PLANNING:
@@ -90,10 +90,11 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             if goal.waits_for != before:
                 self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             return None
+        task = self._task(session, goal, self._expired(session, goal))
         goal_lifecycle.begin_planning(goal)
         goal.planned_by = current_workflow()
         self._events.append(session, GoalPlanningBegan(subject=goal.id))
-        return self._task(session, goal, self._expired(session, goal))
+        return task
 
     def _still_open(self, session: Session, goal: GoalRow) -> tuple[str, ...]:
         """The missions that are to end before the goal is planned, and have not."""

@@ -177,10 +177,10 @@ class GoalService:
         self._limits.check(request.planning)
         goal_id = new_id("goal") if key is None else f"goal-{hashlib.sha256(key.encode()).hexdigest()[:12]}"
         with self._database.write() as session:
-            self._database.lock(session, goal_id)  # another process may have a request with the same key
-            known = session.get(GoalRow, goal_id)
-            if known is not None:
-                return _same(known, request, world)
+            if key is not None:
+                self._database.lock(session, goal_id)  # another process may have a request with the same key
+                if (known := session.get(GoalRow, goal_id)) is not None:
+                    return _same(known, request, world)
             refuse_removed(session, world.name)
             world = with_roles_in_force(session, world)
             self._refuse_too_many(session)
@@ -210,7 +210,8 @@ class GoalService:
                 created_by=actor,
             )
             session.add(row)
-            session.flush()
+            if stated.holds:
+                session.flush()
             holds = self._holds.begin(session, row, stated.holds, world, actor=actor)
             row.terms = _terms(request, stated, holds)
             if goals:

@@ -34,13 +34,14 @@ from app.domain.world_model.numbers import BATTERY
 from app.domain.world_model.senses import Perceives
 from app.domain.world_model.vocabulary import planner_fact
 from app.planning.pool.withheld import Withheld, is_ability
-from app.store import GoalRow, MissionRow, PlanRow, WorldRow
+from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
 from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
 from app.store.roles import with_roles_in_force, withheld_tags
 from app.store.standing_holds import standing_holds
+from app.store.world_summary import summary_of
 from planner import Fact, Numbers, PlanNet, PlanningProblem, scale_term
 from robots.clock import Clock
 from robots.wire import SymbolicFact
@@ -133,13 +134,15 @@ class ProblemBuilder:
 
         :raises Conflict: if its world does not run.
         """
-        self._worlds.read(session)
         self._find(goal.world)
         if goal.world not in self._worlds:
             raise Conflict(
                 f"world {goal.world} is not running in this service; start it with --world",
                 code="world-not-running",
             )
+        summary = summary_of(session, goal.world)
+        if summary.edition > self._worlds.edition(goal.world).number:
+            self._worlds.read(session)
         world = self._worlds[goal.world]
         facts = self._facts.facts(session, goal.world)
         held = [
@@ -207,7 +210,7 @@ class ProblemBuilder:
             refusal="; ".join(issue.detail for issue in issues),
             factors=factors,
             world_version=self._facts.version(session, goal.world),
-            releases=session.get_one(WorldRow, goal.world).releases,
+            releases=summary.releases,
             constraints=within,
             roles=roles,
         )

@@ -40,7 +40,7 @@ class ProgressWatch(Watch):
         self._newest: Progress | None = None
         self._recorded: dict[str, Any] = {}
         self._recorded_at_s = clock.monotonic_s()  # so a plan that is found at once has no recorded progress
-        self._read_at_s = float("-inf")
+        self._read_at_s = clock.monotonic_s()  # the attempt's transaction has just read what is wanted
         self._stop = False
         self._cancelled = False
 
@@ -68,7 +68,8 @@ class ProgressWatch(Watch):
         if self._clock.monotonic_s() < self._read_at_s + READ_S:
             return
         with self._database.read() as session:
-            self._stop = session.get_one(GoalRow, self._goal_id).stop_requested
+            goal = session.get_one(GoalRow, self._goal_id)  # kept, so that the session does not read it again
+            self._stop = goal.stop_requested
             self._cancelled = not self._is_wanted(session)
         self._read_at_s = self._clock.monotonic_s()
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Mapping
 from threading import Lock
 
-from sqlalchemy import Select, select
+from sqlalchemy import Select, bindparam, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
@@ -141,8 +141,23 @@ def _waiting_missions(world: str) -> Select[MissionRow]:
     return select(MissionRow).where(*waiting).order_by(MissionRow.id)
 
 
-def _releases(session: Session, world: str) -> int:
-    return session.scalars(select(WorldRow.releases).where(WorldRow.id == world)).one()
+_MOST_URGENT = (
+    select(GoalRow.id)
+    .where(
+        GoalRow.world == bindparam("world"),
+        GoalRow.state == GoalState.WAITING,
+        GoalRow.releases_seen
+        < select(WorldRow.releases).where(WorldRow.id == bindparam("world")).scalar_subquery(),
+    )
+    .order_by(
+        GoalRow.priority.desc(),
+        GoalRow.deadline_at_s.is_(None),
+        GoalRow.deadline_at_s,
+        GoalRow.created_at,
+        GoalRow.id,
+    )
+    .limit(1)
+)
 
 
 def _being_planned(session: Session, world: str) -> str | None:
@@ -157,20 +172,4 @@ def _being_planned(session: Session, world: str) -> str | None:
 
 def most_urgent(session: Session, world: str) -> str | None:
     """The next waiting goal that was last planned before the newest release: by priority, deadline, age."""
-    query = (
-        select(GoalRow.id)
-        .where(
-            GoalRow.world == world,
-            GoalRow.state == GoalState.WAITING,
-            GoalRow.releases_seen < _releases(session, world),
-        )
-        .order_by(
-            GoalRow.priority.desc(),
-            GoalRow.deadline_at_s.is_(None),
-            GoalRow.deadline_at_s,
-            GoalRow.created_at,
-            GoalRow.id,
-        )
-        .limit(1)
-    )
-    return session.scalar(query)
+    return session.scalar(_MOST_URGENT, {"world": world})

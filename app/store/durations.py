@@ -8,10 +8,13 @@ from sqlalchemy.orm import Session
 
 from app.domain.durations import Durations, Kind, Learned
 from app.store import DurationRow, PlanRow, ScriptRow
+from app.store.world_summary import summary_of
 
 
 def learned_durations(session: Session, world: str) -> Durations:
     """Learned durations of a world by action and team size, in alphabetical order."""
+    if not summary_of(session, world).has_durations:
+        return {}
     query = (
         select(DurationRow).where(DurationRow.world == world).order_by(DurationRow.action, DurationRow.team)
     )

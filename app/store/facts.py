@@ -16,6 +16,7 @@ from app.store.numbers import NumberStore
 from app.store.records import lock_world
 from app.store.tables import utc_now
 from app.store.unknowns import INSTEAD_OF, PLACED, unknown_rows
+from app.store.world_summary import forget_summary, summary_of
 from planner import Fact, KnowledgeBase
 
 REMEMBERED_BELIEFS = 5
@@ -26,8 +27,12 @@ _LOCKED = "locked facts"
 """Key of `Session.info`: the facts of the worlds that the transaction has locked, by world."""
 
 
-# Made once: making a select() takes as long as executing it.
-_VERSION = select(WorldRow.version).where(WorldRow.id == bindparam("world"))
+# Made once: making a select() takes as long as executing it. One statement: the version and the facts of one instant.
+_FACTS = (
+    select(FactRow.predicate, FactRow.args, WorldRow.version)
+    .join(WorldRow, WorldRow.id == FactRow.world)
+    .where(FactRow.world == bindparam("world"))
+)
 
 
 class FactStore:
@@ -45,10 +50,9 @@ class FactStore:
         version, facts = self._read.get(world, (None, frozenset()))
         if version is not None and version == self.version(session, world):
             return facts
-        # One statement: the version and the facts of one instant.
-        columns = (FactRow.predicate, FactRow.args, WorldRow.version)
-        query = select(*columns).join(WorldRow, WorldRow.id == FactRow.world).where(FactRow.world == world)
-        rows = session.execute(query).all()
+        rows = session.execute(_FACTS, {"world": world}).all()
+        if rows and rows[0].version != self.version(session, world):
+            forget_summary(session, world)  # the facts are those of a later instant
         facts = frozenset(Fact(row.predicate, tuple(row.args)) for row in rows)
         # What this transaction has changed may be rolled back, and its version then be given to other facts.
         if rows and world not in session.info.get(_CHANGED, ()):
@@ -86,7 +90,7 @@ class FactStore:
 
     def version(self, session: Session, world: str) -> int:
         """The number of changes of the world's facts."""
-        return session.scalars(_VERSION, {"world": world}).one()
+        return summary_of(session, world).version
 
     def lock(self, session: Session, world: str) -> WorldRow:
         """The world's row, locked until the end of the transaction."""

@@ -22,6 +22,7 @@ from app.store import NumberRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.records import lock_world
 from app.store.tables import utc_now
+from app.store.world_summary import summary_of
 from planner import Fact, KnowledgeBase, Numbers
 from robots.world import WorldFile
 
@@ -30,7 +31,8 @@ _CHANGED = "changed numbers"
 _LOCKED = "locked numbers"
 """Key of `Session.info`: the rows of the worlds that the transaction has locked, by world and term."""
 
-_VERSION = select(WorldRow.numbers_version).where(WorldRow.id == bindparam("world"))
+# Made once: making a select() takes as long as executing it.
+_LAYOUT = select(WorldRow.layout).where(WorldRow.id == bindparam("world"))
 
 
 class NumberStore:
@@ -58,8 +60,11 @@ class NumberStore:
 
     def for_planner(self, session: Session, world: str) -> Numbers:
         """The numbers as plans name what they are of: those of a location for each of its berths."""
-        layout = session.scalars(select(WorldRow.layout).where(WorldRow.id == world)).one()
-        return Things.of_layout(layout).for_planner(self.numbers(session, world))
+        numbers = self.numbers(session, world)
+        if not numbers:
+            return {}
+        layout = session.scalars(_LAYOUT, {"world": world}).one()
+        return Things.of_layout(layout).for_planner(numbers)
 
     def compared(self, session: Session, world: str) -> frozenset[Fact]:
         """The facts that stand for comparisons of numbers in actions and that hold now."""
@@ -73,7 +78,7 @@ class NumberStore:
 
     def version(self, session: Session, world: str) -> int:
         """The number of changes of the world's numbers."""
-        return session.scalars(_VERSION, {"world": world}).one()
+        return summary_of(session, world).numbers_version
 
     def set(
         self,

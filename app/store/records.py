@@ -26,6 +26,7 @@ from app.store.tables import (
     UnaskedRobotRow,
     WorldRow,
 )
+from app.store.world_summary import forget_summary, summary_of
 
 Row = TypeVar("Row", GoalRow, PlanRow, MissionRow, DialogueRow)
 Shown = TypeVar("Shown", GoalRow, PlanRow, MissionRow, ScriptRow, ResultRow, DialogueRow)
@@ -37,6 +38,8 @@ UNENDED_SCRIPT = (
 """Conditions on scripts: given to a robot, which has not reported their end."""
 
 
+_LOCKED_WORLDS = "locked worlds"
+"""Key of `Session.info`: the rows of the worlds that the transaction has locked, by their names."""
 # Made once: making a select() takes as long as executing it.
 _LOCKING_WORLD = (
     select(WorldRow)
@@ -44,11 +47,24 @@ _LOCKING_WORLD = (
     .with_for_update()
     .execution_options(populate_existing=True)
 )
+_LOCKING_GOAL = (
+    select(GoalRow)
+    .where(
+        GoalRow.id
+        == select(MissionRow.goal_id).where(MissionRow.id == bindparam("mission")).scalar_subquery()
+    )
+    .with_for_update()
+    .execution_options(populate_existing=True)
+)
 
 
 def lock_world(session: Session, world: str) -> WorldRow:
     """The world's row, locked until the end of the transaction."""
-    return session.scalars(_LOCKING_WORLD, {"world": world}).one()
+    locked: dict[str, WorldRow] = session.info.setdefault(_LOCKED_WORLDS, {})
+    if world not in locked:
+        forget_summary(session, world)
+        locked[world] = session.scalars(_LOCKING_WORLD, {"world": world}).one()
+    return locked[world]
 
 
 def refuse_removed(session: Session, world: str) -> None:
@@ -74,8 +90,7 @@ def lock_goal(session: Session, goal_id: str) -> GoalRow:
 
 def lock_mission(session: Session, mission_id: str) -> MissionRow:
     """The mission's row, locked; its goal's row is locked before it, in the order that all transactions keep."""
-    goal_id = session.scalars(select(MissionRow.goal_id).where(MissionRow.id == mission_id)).one()
-    session.get_one(GoalRow, goal_id, with_for_update=True)
+    session.scalars(_LOCKING_GOAL, {"mission": mission_id}).one()
     return session.get_one(MissionRow, mission_id, with_for_update=True)
 
 
@@ -87,6 +102,8 @@ def lock_running_missions(session: Session, world: str) -> Sequence[MissionRow]:
 
 def lost_robots(session: Session, world: str) -> Sequence[LostRobotRow]:
     """The robots of a world that were declared lost, in alphabetical order."""
+    if not summary_of(session, world).has_lost:
+        return ()
     query = select(LostRobotRow).where(LostRobotRow.world == world).order_by(LostRobotRow.robot)
     return session.scalars(query).all()
 
@@ -98,12 +115,16 @@ def lost_robot_reasons(session: Session, world: str) -> Mapping[str, str]:
 
 def robots_out_of_service(session: Session, world: str) -> Sequence[OutOfServiceRow]:
     """The robots of a world that were taken out of service, in alphabetical order."""
+    if not summary_of(session, world).has_out_of_service:
+        return ()
     query = select(OutOfServiceRow).where(OutOfServiceRow.world == world).order_by(OutOfServiceRow.robot)
     return session.scalars(query).all()
 
 
 def unasked_robots(session: Session, world: str) -> Sequence[UnaskedRobotRow]:
     """The robots of a world that do not understand status queries, in alphabetical order."""
+    if not summary_of(session, world).has_unasked:
+        return ()
     query = select(UnaskedRobotRow).where(UnaskedRobotRow.world == world).order_by(UnaskedRobotRow.robot)
     return session.scalars(query).all()
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Self
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, load_only
 
 from app.domain.lifecycles.mission import OPEN
 from app.domain.world_model import Reservation, filled_by, named_in, needed_by, union_of
@@ -15,6 +15,7 @@ from robots.wire import PacketState, ScriptState
 
 CACHE_SIZE = 200
 """Plans whose needs are cached."""
+_PROGRESS = load_only(ScriptRow.robot, ScriptRow.state, ScriptRow.packets)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,8 +111,11 @@ class Reservations:
         return [self._of_mission(session, mission) for mission in missions]
 
     def _of_mission(self, session: Session, mission: MissionRow) -> MissionReservation:
-        query = select(ScriptRow).where(
-            ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id
+        # Without what the robots were given: it is long, and the plan's needs are known.
+        query = (
+            select(ScriptRow)
+            .options(_PROGRESS)
+            .where(ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
         )
         needs = self._of_plan(session, mission.plan_id)
         progress = _Progress.of(session.scalars(query))

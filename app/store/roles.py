@@ -6,6 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.store.tables import RoleRow
+from app.store.world_summary import summary_of
 from robots.world import RobotSpec, RoleSpec, WorldFile
 
 
@@ -23,8 +24,10 @@ def role_in_force(row: RoleRow | None, spec: RobotSpec) -> RoleSpec | None:
 
 def roles_of(session: Session, world: WorldFile) -> Mapping[str, RoleSpec]:
     """The robots of a world that play a role."""
-    query = select(RoleRow).where(RoleRow.world == world.name)
-    rows = {row.robot: row for row in session.scalars(query)}
+    rows: Mapping[str, RoleRow] = {}
+    if summary_of(session, world.name).has_roles:
+        query = select(RoleRow).where(RoleRow.world == world.name)
+        rows = {row.robot: row for row in session.scalars(query)}
     roles = {spec.name: role_in_force(rows.get(spec.name), spec) for spec in world.robots}
     return {robot: role for robot, role in roles.items() if role is not None}
 

@@ -9,10 +9,13 @@ from app.domain.goal_language.stated_holds import HoldEnd, StandingHold
 from app.domain.goal_language.words import joined
 from app.domain.lifecycles.hold import HoldState
 from app.store.tables import HoldRow
+from app.store.world_summary import summary_of
 
 
 def standing_rows(session: Session, world: str) -> Sequence[HoldRow]:
     """The holds of a world that stand, oldest first."""
+    if not summary_of(session, world).has_holds:
+        return ()
     query = select(HoldRow).where(HoldRow.world == world, HoldRow.state == HoldState.HELD)
     return session.scalars(query.order_by(HoldRow.created_at, HoldRow.id)).all()
 

@@ -122,7 +122,7 @@ def test_the_report_that_a_packet_has_finished_reads_and_locks_the_facts_once(mi
         mission.services.record(finished)
     assert mission.known("yard_1", 0)["state"] == "finished"
     assert (reads(sent, "facts"), reads(sent, "unknowns")) == (1, 1)
-    assert reads(sent, "worlds") == 3  # locked for the facts, and to count what became free; that count
+    assert reads(sent, "worlds") == 2  # locked once; the count of what became free, for goals that wait
     assert reads(sent, "scripts") == 2
 
 

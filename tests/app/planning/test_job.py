@@ -15,6 +15,7 @@ from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.mission_organiser import Margin
+from app.planning import progress_watch
 from app.planning.alternatives import Alternatives, AlternativesJob, Search
 from app.planning.approval import PlanApproval
 from app.planning.goal_planning import GoalPlanningJob
@@ -76,6 +77,11 @@ class InterruptedWorker(InProcessWorker):
             return super().do(work, time_limit_s, watch, conclude=conclude)
         conclude(self.result)
         return self.result
+
+
+@pytest.fixture(autouse=True)
+def _orders_are_read_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress_watch, "READ_S", 0.0)
 
 
 @pytest.fixture(scope="module")
