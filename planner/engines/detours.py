@@ -14,7 +14,7 @@ from planner.plan_nets.progression import apply_action
 from planner.problem.interface import PlanningProblem
 from planner.problem.zones import ground_action
 
-LONGEST = 300
+LONGEST = 600
 """Maximum length of a sequence to shorten: the work grows with its square."""
 
 

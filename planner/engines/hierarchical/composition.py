@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem
-from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING
+from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING, Sequenced
 from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, STRICT, Choice, Floats, Model, ints
@@ -39,9 +39,6 @@ def effort(request: PlanningRequest, legs: int, choices: int) -> tuple[int, floa
     return min(trials, MAX_LEGS_DECODED // max(1, legs)), MAX_EFFORT_S
 
 
-MIN_CHUNK = 8
-CHUNK_WORK = 4000
-"""Trials times legs between two readings of the clock: some milliseconds."""
 DISPATCHED_CHOICES = 8
 ORDERED_CHOICES = 8
 """Initial choices of the annealing: dispatched ones, then other orders."""
@@ -81,8 +78,11 @@ class Composition:
         self._seed = request.seed
         self._clock = request.clock
         self._model = self._builder.model()
-        self._schedule: Schedule | None = None
-        self._choice: Choice | None = None
+        self._choice = Choice.of(ints([]), ints([]))
+        self._found: list[Schedule] = []
+        """Each better than those before it."""
+        self.trials = 0
+        """Schedules tried to improve the first ones."""
 
     @property
     def legs(self) -> int:
@@ -91,12 +91,20 @@ class Composition:
         return int(model.task_deadline_s.shape[0] * model.max_legs)
 
     @property
+    def best_s(self) -> float:
+        """The makespan of the best so far."""
+        return self._found[-1].makespan_s
+
+    @property
     def composed(self) -> Composed | None:
         """The best so far, None if the fragments do not compose."""
-        if self._schedule is None:
-            return None
-        actions = self._builder.actions(self._schedule.steps, self._schedule.team)
-        return Composed(actions=actions, makespan_s=self._schedule.makespan_s)
+        return next(self.found(), None)
+
+    def found(self) -> Iterator[Composed]:
+        """What was found so far, the best first."""
+        for schedule in reversed(self._found):
+            actions = self._builder.actions(schedule.steps, schedule.team)
+            yield Composed(actions=actions, makespan_s=schedule.makespan_s)
 
     def begin(self) -> bool:
         """Find a first schedule; False if no initial choice can be scheduled."""
@@ -107,9 +115,11 @@ class Composition:
                 for stops in (NEAR, NEAR | PUSH, PUSH):
                     stepping = schedule.choice._replace(stops=np.full_like(choice.stops, stops))
                     self._keep(Schedule(self._model, stepping, self._weights))
-        for choice in self._at_random(RANDOM_CHOICES if self._schedule is None else 0):
+        for choice in self._at_random(0 if self._found else RANDOM_CHOICES):
             self._keep(Schedule(self._model, choice, self._weights))
-        return self._schedule is not None
+        if self._found:
+            self._choice = self._found[-1].choice
+        return bool(self._found)
 
     def _at_random(self, count: int) -> Iterator[Choice]:
         """Random orders and alternatives: things that come from both sides block each other in most orders."""
@@ -121,42 +131,35 @@ class Composition:
             yield Choice.of(order, self._varied(random, model))
 
     def _keep(self, schedule: Schedule) -> None:
-        if schedule.is_possible and (self._schedule is None or schedule.cost < self._schedule.cost):
-            self._schedule = schedule
-            self._choice = schedule.choice
+        if schedule.is_possible and (not self._found or schedule.merit < self._found[-1].merit):
+            self._found.append(schedule)
+
+    def vary(self, fragments: Sequence[Sequence[Sequenced]]) -> None:
+        """Offer each task more fragments, and agents stops near to where several legs end."""
+        legs = self._model.max_legs
+        self._builder.vary(fragments)
+        if len(fragments) <= MAX_NEAR_STOPPING:
+            self._builder.stop_near()
+        self._model = self._builder.model()
+        self._choice = _with_places(self._choice, legs, self._model.max_legs)
 
     def improve(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
         """Anneal until the trials or the seconds are used up or `go_on(best makespan in seconds)` is False.
 
-        The result depends on the clock only if the seconds are used up first.
+        The clock only decides where the search ends: the longer, the better, never worse.
         """
-        if self._schedule is None or self._choice is None:
+        if not self._found:
             return
-        if seconds > 0.0 and go_on(self._schedule.makespan_s):
-            self._anneal(trials, seconds, go_on)
-        for task in np.flatnonzero(self._choice.alternative).tolist():
-            alternative = self._choice.alternative.copy()
-            alternative[task] = 0
-            self._keep(Schedule(self._model, self._choice._replace(alternative=alternative), self._weights))
-
-    def _anneal(self, trials: int, seconds: float, go_on: Callable[[float], bool]) -> None:
-        assert self._schedule is not None
-        assert self._choice is not None
-        if len(np.diff(self._model.task_first)) <= MAX_NEAR_STOPPING:
-            self._builder.stop_near()
-            self._model = self._builder.model()
-        search = Annealing(self._model, self._choice, self._schedule.cost, self._weights, seed=self._seed)
         timer = Timer(seconds, self._clock)
-        done = 0
-        share = 0.0
-        chunk = max(MIN_CHUNK, CHUNK_WORK // max(1, self.legs))
-        while share < 1.0:
-            if search.go_on(min(chunk, trials - done), share):
+        if seconds <= 0.0 or not go_on(self._found[-1].makespan_s):
+            return
+        search = Annealing(self._model, self._decoded(self._choice), self._weights, seed=self._seed)
+        while search.trials < trials and not timer.is_over:
+            if search.go_on(trials - search.trials):
                 self._choice = search.best
-                self._schedule = Schedule(self._model, search.best, self._weights)
-            done += chunk
-            share = max(done / max(1, trials), timer.elapsed_s / seconds)
-            if not go_on(self._schedule.makespan_s):
+                self._keep(Schedule(self._model, search.best, self._weights))
+            self.trials = min(trials, search.trials)
+            if not go_on(self._found[-1].makespan_s):
                 break
 
     def _decoded(self, choice: Choice) -> Schedule:
@@ -216,3 +219,14 @@ class Composition:
     def _varied(random: np.random.Generator, model: Model) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
         counts = np.diff(model.task_first)
         return (random.random(len(counts)) * counts).astype(np.int32)
+
+
+def _with_places(choice: Choice, before: int, now: int) -> Choice:
+    """The choice where alternatives may have `now` legs instead of `before`; the legs that are new come last."""
+    order = choice.order // before * now + choice.order % before
+    new = np.setdiff1d(np.arange(len(choice.alternative) * now), order)
+    agent, stops = np.full(len(order) + len(new), -1, np.int32), np.zeros(len(order) + len(new), np.int32)
+    places = np.arange(len(choice.order)) // before * now + np.arange(len(choice.order)) % before
+    agent[places] = choice.agent
+    stops[places] = choice.stops
+    return Choice(np.concatenate([order, new]).astype(np.int32), choice.alternative, agent, stops)

@@ -1,9 +1,11 @@
 """The hierarchical engine behind the `PlanningEngine` seam (MACTA §6 asks for one; §4: planning and scheduling
 intertwined)."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
+from math import inf
+from operator import itemgetter
 
 import numpy as np
 
@@ -11,7 +13,7 @@ from planner.bounds import lower_bound_s
 from planner.bounds import warm_up as warm_up_bounds
 from planner.engines.detours import without_detours
 from planner.engines.garbage_collection import garbage_collection_paused
-from planner.engines.hierarchical.composition import Composition, effort
+from planner.engines.hierarchical.composition import Composed, Composition, effort
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments, ProblemFragments
 from planner.engines.hierarchical.legs.goal_groups import Goals
@@ -19,18 +21,20 @@ from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.stops import (
     MAX_NEAR_STOPPING,
     SHARE,
+    Sequenced,
     Stops,
     with_near_stops,
     with_stops,
 )
 from planner.engines.hierarchical.scheduling_problem import Move, Task
-from planner.engines.hierarchical.tasks import Arranged, TaskFinder, Unmet
+from planner.engines.hierarchical.tasks import TaskFinder, Unmet
 from planner.engines.plan_net_completion import Outcome, complete_plan_net, confirm, timed_result
 from planner.explanation.diagnosis import why_unsolvable
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract, fault_of
+from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.validation import unjustified_actions
 from planner.problem.contradiction import contradicting_goals
 from planner.problem.interface import (
@@ -44,20 +48,25 @@ from planner.problem.interface import (
     Progress,
 )
 from planner.problem.static_facts import StaticFacts
+from planner.problem.timer import Timer
 from planner.problem.zones import holders
 from planner.relaxation import closed_zones, unreachable_goals, without_ways_into
 
 WEIGHTS = {
-    Objective.MAKESPAN: (1.0, 1e-5, 1e-3, 100.0, 1e-4),
-    Objective.ROBOTS: (1.0, 1e-5, 1e4, 100.0, 1e-4),
-    Objective.ENERGY: (1e-2, 1.0, 1e-3, 100.0, 1e-6),
+    Objective.MAKESPAN: ((1.0, 0.0, 0.0, 100.0, 0.0), (0.0, 1e-5, 1e-3, 0.0, 1e-4)),
+    Objective.ROBOTS: ((1.0, 0.0, 1e4, 100.0, 0.0), (0.0, 1e-5, 0.0, 0.0, 1e-4)),
+    Objective.ENERGY: ((1e-2, 1.0, 0.0, 100.0, 0.0), (0.0, 0.0, 1e-3, 0.0, 1e-6)),
 }
-"""Of a second of makespan, a joule, an agent, a second of lateness, a second of all tasks' ends together."""
+"""Of a second of makespan, a joule, an agent, a second of lateness, a second of all tasks' ends together: what decides,
+and what breaks ties."""
 
 ROUNDING_S = 0.05
 """A makespan this close to its lower bound counts as optimal."""
-MAX_ATTEMPTS = 4
-"""Schedules tried, each without the unneeded stops of those before."""
+MENDING_STEP = 0.1
+"""Schedules with redundant actions, or such that table 3 forbids, are mended if they are quicker by this share than the
+one before."""
+CHECKING_SHARE = 0.05
+"""The least share of the time limit that is left for checking the plan."""
 ANY_SHARE = 9.0
 """Share of a path's time that a stop may take where tasks block each other: a long detour may be the only solution."""
 MAX_STOPPING = 16
@@ -160,7 +169,7 @@ class _Run:
         tasks: Sequence[Task] | Unmet = ()
         if (arranged := finder.rearranged()) is not None:
             self._interacts = True
-            sequence = self._composed(arranged.tasks, arranged.moves) or self._in_order(arranged)
+            sequence = self._composed(arranged.tasks, arranged.moves)
         if sequence is None:
             tasks = finder.tasks()
             self._interacts = finder.interacts
@@ -188,15 +197,6 @@ class _Run:
             fact for fact in facts if fact.predicate in self._base.fluents or others.isdisjoint(fact.args)
         )
 
-    def _in_order(self, arranged: Arranged) -> Sequence[GroundAction] | None:
-        """The moves as they are ordered, without stops and not improved; None if that is no plan."""
-        composition = self.composition(arranged.tasks, arranged.moves)
-        if not composition.begin() or composition.composed is None:
-            return None
-        actions = without_detours(composition.composed.actions, self._problem, self._base)
-        faulty = fault_of(actions, self._problem.facts, self._problem.goals) is not None
-        return None if faulty or self._judged(actions)[1] else actions
-
     def composition(self, tasks: Sequence[Task], moves: Sequence[Move] = ()) -> Composition:
         weights = np.array(WEIGHTS[self._request.objective])
         return Composition(self._classified, tasks, weights, self._request, moves)
@@ -210,63 +210,79 @@ class _Run:
         return PlanningStatus.SOLVED, plan_net, ""
 
     def _composed(self, tasks: Sequence[Task], moves: Sequence[Move] = ()) -> Sequence[GroundAction] | None:
-        """A sequence, with stops where they pay; stops without an intended use (table 3) are not tried again."""
-        stops = Stops(classified=self._classified, share=ANY_SHARE if self._interacts else SHARE)
-        if len(tasks) <= MAX_STOPPING:
-            tasks = [replace(task, fragments=with_stops(task.fragments, stops)) for task in tasks]
-        elif len(tasks) <= MAX_NEAR_STOPPING and self._request.effort_s != 0.0:
-            varied = with_near_stops([task.fragments for task in tasks], stops)
-            tasks = [replace(task, fragments=some) for task, some in zip(tasks, varied, strict=True)]
-        best: tuple[float, Sequence[GroundAction]] | None = None
-        last = False
-        for _ in range(MAX_ATTEMPTS):
-            actions = self._scheduled(tasks, moves)
-            if actions is None:
-                break
-            scheduled_s, idle = self._judged(actions)
-            makespan_s = scheduled_s
-            still_idle = idle
-            if idle:
-                kept = [replace(task, fragments=_without(task.fragments, idle)) for task in tasks]
-                last = kept == list(tasks)
-                tasks = kept
-                actions = without_detours(actions, self._problem, self._base)
-                makespan_s, still_idle = self._judged(actions)
-            if not still_idle:
-                best = min(best or (makespan_s, actions), (makespan_s, actions), key=lambda found: found[0])
-            if last or (not still_idle and makespan_s <= scheduled_s):
-                break
-        return best[1] if best else None
-
-    def _judged(self, actions: Sequence[GroundAction]) -> tuple[float, frozenset[str]]:
-        """The sequence's makespan in seconds, and its actions that table 3 does not allow."""
-        goals = self._problem.goals
-        phases = [phase for action in actions for phase in self._base.phases_of(action)]
-        net = assemble(extract(phases, self._problem.facts, goals), goals, self._base, {})
-        idle = (action for action, _ in unjustified_actions(net, self._base))
-        return net.makespan_s, frozenset(map(GroundAction.as_whole, idle))
-
-    def _scheduled(self, tasks: Sequence[Task], moves: Sequence[Move]) -> Sequence[GroundAction] | None:
+        """The best sequence found that is sound; None if there is none."""
         composition = self.composition(tasks, moves)
         if not composition.begin():
             return None
-        bound_s = self.bound_s
-        least_s = bound_s if bound_s is not None and self._request.objective is Objective.MAKESPAN else 0.0
         choices = sum(len(task.fragments) for task in tasks) if self._interacts else 0
         trials, seconds = effort(self._request, composition.legs, choices)
-        composition.improve(
-            trials,
-            min(seconds, self._timer.left_s / 2),
-            lambda best_s: self._go_on(best_s) and best_s > least_s + ROUNDING_S,
-        )
-        composed = composition.composed
-        # NOTE: an agent may reach its final configuration by an effect not intended, which does not count.
-        if (
-            composed is None
-            or fault_of(composed.actions, self._problem.facts, self._problem.goals) is not None
-        ):
+        timer = Timer(min(seconds, self._for_improvement_s()), self._request.clock)
+        if timer.left_s > 0.0 and self._is_open(composition.best_s):
+            composition.vary(self._stops([task.fragments for task in tasks]))
+            composition.improve(trials, timer.left_s, self._is_open)
+        return self._best_plan(list(composition.found()))
+
+    def _best_plan(self, found: Sequence[Composed]) -> Sequence[GroundAction] | None:
+        """Of schedules, the best first, the first that can be carried out just as it is, or a mended one if quicker.
+
+        Which are mended does not depend on what was found after them, so more effort never gives a worse plan.
+        """
+        best_s, best = min(map(self._mended, _sparse(found)), key=itemgetter(0))
+        is_makespan_all = self._request.objective is Objective.MAKESPAN and not self._problem.deadlines_s
+        for composed in found:
+            if is_makespan_all and composed.makespan_s >= best_s:
+                break
+            if self._is_as_scheduled(composed.actions):
+                return composed.actions
+        return best
+
+    def _mended(self, composed: Composed) -> tuple[float, Sequence[GroundAction] | None]:
+        """The makespan of a schedule's plan and its actions, without detours if that plan is not as scheduled;
+        infinite and None if it is not a plan."""
+        if self._is_as_scheduled(composed.actions):
+            return composed.makespan_s, composed.actions
+        actions = without_detours(composed.actions, self._problem, self._base)
+        net = self._plan_net(actions)
+        return (inf, None) if net is None else (net.makespan_s, actions)
+
+    def _for_improvement_s(self) -> float:
+        """The time that is left, less what checking the plan takes: about as long as it took to find it."""
+        return self._timer.left_s - max(self._timer.elapsed_s, self._request.time_limit_s * CHECKING_SHARE)
+
+    def _stops(self, fragments: Sequence[Sequence[Sequenced]]) -> list[Sequence[Sequenced]]:
+        """For each task variants of its fragments with stops."""
+        stops = Stops(classified=self._classified, share=ANY_SHARE if self._interacts else SHARE)
+        if len(fragments) <= MAX_STOPPING:
+            return [with_stops(some, stops)[len(some) :] for some in fragments]
+        if len(fragments) <= MAX_NEAR_STOPPING:
+            varied = with_near_stops(fragments, stops)
+            return [more[len(some) :] for some, more in zip(fragments, varied, strict=True)]
+        return [()] * len(fragments)
+
+    def _is_as_scheduled(self, actions: Sequence[GroundAction]) -> bool:
+        """Whether the sequence is a plan that needs every action: its plan-net is as quick as its schedule."""
+        net = self._plan_net(actions)
+        return net is not None and len(net.actions) == len(self._phases(actions))
+
+    def _plan_net(self, actions: Sequence[GroundAction]) -> PlanNet | None:
+        """Of the sequence without what is redundant; None if it is not a plan or has actions that table 3 forbids.
+
+        An agent may reach its final configuration by an effect not intended, which does not count.
+        """
+        goals = self._problem.goals
+        if fault_of(actions, self._problem.facts, goals) is not None:
             return None
-        return composed.actions
+        order = extract(self._phases(actions), self._problem.facts, goals)
+        net = assemble(order, goals, self._base, {})
+        return None if unjustified_actions(net, self._base) else net
+
+    def _phases(self, actions: Sequence[GroundAction]) -> list[GroundAction]:
+        return [phase for action in actions for phase in self._base.phases_of(action)]
+
+    def _is_open(self, makespan_s: float) -> bool:
+        """Report progress; False if the plan is the best there can be or it is time to end."""
+        least_s = (self.bound_s or 0.0) if self._request.objective is Objective.MAKESPAN else 0.0
+        return self._go_on(makespan_s) and makespan_s > least_s + ROUNDING_S
 
     def _go_on(self, makespan_s: float) -> bool:
         """Report progress; False when it is time to end."""
@@ -309,8 +325,10 @@ def _held(zone: str, agents: Sequence[str]) -> str:
     return f"{zone} is held by {' and '.join(agents)}" if agents else f"{zone} is not clear"
 
 
-def _without(
-    fragments: Sequence[tuple[GroundAction, ...]], idle: frozenset[str]
-) -> tuple[tuple[GroundAction, ...], ...]:
-    """The fragments without any of these actions; the first one is always kept."""
-    return (fragments[0], *(f for f in fragments[1:] if idle.isdisjoint(map(str, f))))
+def _sparse(found: Sequence[Composed]) -> Iterator[Composed]:
+    """The last one, which was found first, and each that is a good deal quicker than the one before it."""
+    last_s = inf
+    for composed in reversed(found):
+        if composed.makespan_s <= last_s * (1.0 - MENDING_STEP):
+            last_s = composed.makespan_s
+            yield composed

@@ -2,13 +2,23 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Leg, legs_of, renamed
 from planner.engines.hierarchical.legs.travel import Travel
-from planner.engines.hierarchical.scheduling.model import UNREACHABLE, Ints, Model, floats, ints, rows
+from planner.engines.hierarchical.scheduling.model import (
+    EXCUSED,
+    GOES_ON,
+    ITSELF,
+    UNREACHABLE,
+    Ints,
+    Model,
+    floats,
+    ints,
+    rows,
+)
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 
@@ -48,6 +58,8 @@ class _Step:
     needs: list[int]
     deletes: list[int]
     adds: list[int]
+    use: int
+    excuses: list[int]
 
     @property
     def data(self) -> list[int]:
@@ -64,7 +76,7 @@ class SchedulingProblemBuilder:
         self._problem = classified.problem
         self._classes = classes = classified.classes
         self._classified = classified
-        self._tasks = tasks
+        self._tasks = list(tasks)
         self._travel = Travel(classified)
         self._agent_number = {agent: number for number, agent in enumerate(classes.agents)}
         self._facts: dict[Fact, int] = {}
@@ -83,6 +95,13 @@ class SchedulingProblemBuilder:
         ]
         self._way_steps: list[list[int]] = []
         self._first_steps: list[list[int]] = []
+
+    def vary(self, fragments: Sequence[Sequence[tuple[GroundAction, ...]]]) -> None:
+        """Add fragments to each task's alternatives; those it has already keep their numbers."""
+        for task, some in enumerate(fragments):
+            more = tuple(some)
+            self._alternatives[task] += [self._add(fragment, self._tasks[task].goals) for fragment in more]
+            self._tasks[task] = replace(self._tasks[task], fragments=(*self._tasks[task].fragments, *more))
 
     @property
     def facts(self) -> tuple[Fact, ...]:
@@ -130,6 +149,7 @@ class SchedulingProblemBuilder:
     def _add(self, actions: tuple[GroundAction, ...], goals: tuple[Fact, ...]) -> list[int]:
         """The legs of a fragment, by number."""
         legs = legs_of(actions, goals, self._classified)
+        excused = self._excused(actions, goals)
         numbers = []
         played = Counter(role for leg in legs for role in leg.roles)
         for leg in legs:
@@ -138,7 +158,11 @@ class SchedulingProblemBuilder:
             once = all(played[role] == 1 for role in leg.roles)
             inner = self._inner(leg) if once else frozenset()
             self._cores.append(
-                [step for action in leg.core for step in self._steps_of(action, leg.agents, inner)]
+                [
+                    step
+                    for action in leg.core
+                    for step in self._steps_of(action, leg.agents, excused.get(id(action)), inner)
+                ]
             )
         self._roles += 1 + max((role for leg in legs for role in leg.roles), default=0)
         return numbers
@@ -154,6 +178,21 @@ class SchedulingProblemBuilder:
             self._agent_number[agent] if leg.bound[place] else -1,
         )
 
+    def _excused(
+        self, actions: Sequence[GroundAction], goals: Sequence[Fact]
+    ) -> dict[int, tuple[int, list[Fact]]]:
+        """By id the actions that intend nothing which is needed later, with what they bring about to make way."""
+        found: dict[int, tuple[int, list[Fact]]] = {}
+        needed = set(goals)
+        predicates = self._classified.knowledge_base.predicates
+        for action in reversed(actions):
+            intended = action.intended_effects
+            if needed.isdisjoint(intended) and not any(map(self._classified.is_configuration, intended)):
+                ways = [fact for fact in action.effects if predicates[fact.predicate].make_way]
+                found[id(action)] = EXCUSED, ways
+            needed |= set(action.preconditions)
+        return found
+
     def _inner(self, leg: Leg) -> frozenset[Fact]:
         """Facts about an agent that the leg itself brings about and needs: its own order of steps keeps them."""
         if any(leg.bound):
@@ -166,13 +205,22 @@ class SchedulingProblemBuilder:
         return frozenset(fact for fact in made - outer if self._classified.agents_of(fact))
 
     def _steps_of(
-        self, action: GroundAction, agents: tuple[str, ...], inner: frozenset[Fact] = frozenset()
+        self,
+        action: GroundAction,
+        agents: tuple[str, ...],
+        use: tuple[int, Sequence[Fact]] | None = None,
+        inner: frozenset[Fact] = frozenset(),
     ) -> list[int]:
-        """The action's phases by number, or itself if it has none."""
+        """The action's phases by number, or itself if it has none.
+
+        :param use: what the action is there for, with its excuses; None: for itself.
+        """
         phases = self._classified.knowledge_base.phases_of(action)
         self._most_phases = max(self._most_phases, len(phases))
+        # What all phases together bring about is of use after the last one.
+        uses = [*[(ITSELF, ())] * (len(phases) - 1), use or (ITSELF, ())]
         return [
-            self._step(phase, None if number else action, agents, inner)
+            self._step(phase, None if number else action, agents, uses[number], inner)
             for number, phase in enumerate(phases)
         ]
 
@@ -181,6 +229,7 @@ class SchedulingProblemBuilder:
         action: GroundAction,
         whole: GroundAction | None,
         agents: tuple[str, ...],
+        use: tuple[int, Sequence[Fact]],
         inner: frozenset[Fact],
     ) -> int:
         needs = self._shared(action.preconditions, inner)
@@ -190,7 +239,16 @@ class SchedulingProblemBuilder:
         zones = self._shared([fact for fact in action.deletes if fact.predicate in held])
         deletes = [fact for fact in self._shared(action.deletes, inner) if fact in zones or fact not in adds]
         self._steps.append(
-            _Step(action=action, whole=whole, agents=agents, needs=needs, deletes=deletes, adds=adds)
+            _Step(
+                action=action,
+                whole=whole,
+                agents=agents,
+                needs=needs,
+                deletes=deletes,
+                adds=adds,
+                use=use[0],
+                excuses=self._shared(use[1]),
+            )
         )
         return len(self._steps) - 1
 
@@ -211,25 +269,31 @@ class SchedulingProblemBuilder:
         steps = self._steps
         travel.close()
         for way in travel.ways[len(self._way_steps) :]:
-            of_actions = [self._steps_of(action, action.agents) for action in way.actions]
-            self._way_steps.append([step for steps in of_actions for step in steps])
+            of_actions = [
+                self._steps_of(action, action.agents, (GOES_ON, action.effects)) for action in way.actions
+            ]
+            self._way_steps.append([step for steps_of in of_actions for step in steps_of])
             self._first_steps.append(of_actions[0] if of_actions else [])
         goal_facts = self._shared(self._problem.goals)
         way_step_first, way_steps = rows(self._way_steps)
         task_first, _ = rows([[0] * len(alternatives) for alternatives in self._alternatives])
         by_alternative = [legs for alternatives in self._alternatives for legs in alternatives]
         leg_first, _ = rows(by_alternative)
-        slot_first, _ = rows([[0] * len(slots) for slots in self._slots])
-        core_first, core_steps = rows(self._cores)
+        # Legs are numbered by their alternatives: `vary` adds alternatives of tasks that are not the last.
+        in_order = [leg for legs in by_alternative for leg in legs]
+        slots_of = [self._slots[leg] for leg in in_order]
+        slot_first, _ = rows([[0] * len(slots) for slots in slots_of])
+        core_first, core_steps = rows([self._cores[leg] for leg in in_order])
         member_first, members = rows(
             [[self._agent_number[a] for a in names] for _, names in sorted(classes.members.items())]
         )
         step_at, step_data = rows([step.data for step in steps])
+        excuse_first, excuses = rows([step.excuses for step in steps])
         near_first, near_ways = rows(travel.nearest())
         ahead_first, ahead_needs = rows(travel.ahead())
         leaves = [travel.leaves[agent] for agent in classes.agents]
         leave_first, leave_from = rows([[here for here, _ in ways] for ways in leaves])
-        slots = np.array([s for group in self._slots for s in group], dtype=np.int32).reshape(-1, 5)
+        slots = np.array([s for group in slots_of for s in group], dtype=np.int32).reshape(-1, 5)
         by_setup = np.zeros(len(self._facts), np.int32)
         for group in self._way_steps:
             for step in group:
@@ -266,6 +330,9 @@ class SchedulingProblemBuilder:
             leave_ways=ints([way for ways in leaves for _, way in ways]),
             step_span_s=floats([step.action.duration_s for step in steps]),
             step_energy_j=floats([step.action.energy_j for step in steps]),
+            step_use=ints([step.use for step in steps]),
+            excuse_first=excuse_first,
+            excuses=excuses,
             step_at=step_at[:-1],
             step_data=step_data,
             fact_true=ints([int(fact in self._problem.facts) for fact in self._facts]),

@@ -75,16 +75,17 @@ class Travel:
             here = waiting.pop()
             kind, facts = self._class_facts[here]
             for need in self._needs_of[kind]:
-                if (here, need) in self.way:
-                    continue
-                way = self._setups.of_class(kind).way(facts, needs[need][1])
-                if way is None:
-                    continue
-                there = self._configuration((kind, way.end))
-                self.way[here, need] = self._add(way, there)
+                if (here, need) not in self.way:
+                    way = self._setups.of_class(kind).way(facts, needs[need][1])
+                    if way is None:
+                        continue
+                    self.way[here, need] = self._add(way, self._configuration((kind, way.end)))
+                there = self.ends[self.way[here, need]]
                 for effect in self._effects_after[need]:
+                    if (there, effect) in self.after:
+                        continue
                     _, gone, come = effects[effect]
-                    after = self._configuration((kind, (way.end - gone) | come))
+                    after = self._configuration((kind, (self._class_facts[there][1] - gone) | come))
                     self.after[there, effect] = after
                     waiting |= {after} - seen
                     seen.add(after)

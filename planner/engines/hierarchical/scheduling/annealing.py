@@ -26,8 +26,9 @@ class Schedule:
     def __init__(self, model: Model, choice: Choice, weights: Floats) -> None:
         state = decoder_state_for(model)
         state.taken[:] = choice.agent
-        cost, length, makespan = decode(model, choice, weights, state)
+        decisive, cost, length, makespan = decode(model, choice, weights, state)
         self.choice = choice._replace(agent=state.taken)
+        self.decisive = float(decisive)
         self.cost = float(cost)
         self.makespan_s = float(makespan)
         self.steps = state.steps[:length]
@@ -39,58 +40,104 @@ class Schedule:
     def is_possible(self) -> bool:
         return self.cost < IMPOSSIBLE
 
+    @property
+    def merit(self) -> tuple[float, float]:
+        """The least is the best."""
+        return self.decisive, self.cost
+
 
 INITIAL_TEMPERATURE = 1.0
-"""The temperature at the start, as a share of what a leg costs on average."""
+"""The temperature at the start of a round, as a share of what a leg costs on average."""
 FINAL_TEMPERATURE = 0.025
-"""… and at the end."""
+"""… and at its end."""
+FIRST_ROUND = 32
+"""Trials of the first round for each leg of a choice; each further round has as many as all before it."""
+CHUNK_WORK = 4000
+"""Trials times legs of a chunk: some milliseconds."""
+MIN_CHUNK = 8
 CRITICAL_SHARE = 0.7
 """The share of moves that are about a leg on the critical path."""
 
 
 class Annealing:
-    """A search from one choice on; `best` and `best_cost` only ever get better."""
+    """A search from one choice on, in rounds that each begin from the best choice and are cooled down.
 
-    def __init__(self, model: Model, choice: Choice, cost: float, weights: Floats, *, seed: int) -> None:
-        self.best = choice
-        self.best_cost = cost
+    What a number of trials finds does not depend on how many follow: a longer search begins with the shorter one.
+    `best` only ever gets better.
+    """
+
+    def __init__(self, model: Model, schedule: Schedule, weights: Floats, *, seed: int) -> None:
+        self.best = schedule.choice
+        self.trials = 0
+        """Made so far."""
+        self._decisive = schedule.decisive
+        self._best_cost = schedule.cost
         self._model = model
         self._weights = weights
-        self._here = _copy(choice)
-        self._here_cost = cost
+        self._here = _copy(schedule.choice)
+        self._here_cost = schedule.cost
         self._random = np.random.default_rng(seed)
         self._state = decoder_state_for(model)
-        self._trial = _copy(choice)
+        self._trial = _copy(schedule.choice)
         self._critical = np.empty_like(self._state.steps)
-        # Zero trials: compile now, so that compilation is not part of any time measured later.
-        self._run_trials(_copy(choice), 1.0, 0, 0)
-
-    def go_on(self, trials: int, share: float) -> bool:
-        """Make this many trials, cooled down by the share of the whole that is over; True if the best became better."""
         legs = max(1, len(self.best.order))
+        self._chunk = max(MIN_CHUNK, CHUNK_WORK // legs)
+        self._begun = 0
+        self._ends = FIRST_ROUND * legs
+        # Zero trials: compile now, so that compilation is not part of any time measured later.
+        self._run_trials(_copy(schedule.choice), 1.0, 0, 0)
+
+    def go_on(self, most: int) -> bool:
+        """Make the next trials, at most so many; True if the best became better.
+
+        Fewer than a chunk has are its first ones, after which the search ends.
+        """
+        before = self._decisive, self._best_cost
+        if self.trials >= self._ends:
+            self._begun = self.trials
+            self._ends = 2 * self.trials
+            self._simplify()
+            self._here = _copy(self.best)
+            self._here_cost = self._best_cost
+        share = (self.trials - self._begun) / (self._ends - self._begun)
         temperature = (
-            max(1.0, self.best_cost)
-            / legs
+            max(1.0, self._best_cost)
+            / max(1, len(self.best.order))
             * INITIAL_TEMPERATURE
             * (FINAL_TEMPERATURE / INITIAL_TEMPERATURE) ** share
         )
         best = _copy(self.best)
         seed = int(self._random.integers(2**31 - 1))
-        self._here_cost, best_cost = self._run_trials(best, temperature, trials, seed)
-        better = bool(best_cost < self.best_cost)
+        self._here_cost, self._decisive, self._best_cost = self._run_trials(
+            best, temperature, min(most, self._chunk), seed
+        )
+        self.trials += self._chunk
         self.best = best
-        self.best_cost = best_cost
-        return better
+        return (self._decisive, self._best_cost) < before
 
-    def _run_trials(self, best: Choice, temperature: float, trials: int, seed: int) -> tuple[float, float]:
-        costs: tuple[float, float] = _anneal(
+    def _simplify(self) -> None:
+        """Let each task take its first, quickest alternative if that is as good: what others add may be redundant."""
+        for task in np.flatnonzero(self.best.alternative).tolist():
+            alternative = self.best.alternative.copy()
+            alternative[task] = 0
+            simpler = Schedule(self._model, self.best._replace(alternative=alternative), self._weights)
+            if simpler.decisive <= self._decisive:
+                self.best = simpler.choice
+                self._decisive = simpler.decisive
+                self._best_cost = simpler.cost
+
+    def _run_trials(
+        self, best: Choice, temperature: float, trials: int, seed: int
+    ) -> tuple[float, float, float]:
+        costs: tuple[float, float, float] = _anneal(
             self._model,
             self._here,
             best,
             self._trial,
             self._critical,
             float(self._here_cost),
-            float(self.best_cost),
+            float(self._decisive),
+            float(self._best_cost),
             float(temperature),
             trials,
             self._weights,
@@ -116,11 +163,24 @@ def _copy_into(choice, other):  # type: ignore[no-untyped-def]
 
 @lean
 def _anneal(  # type: ignore[no-untyped-def]
-    model, here, best, trial, critical, here_cost, best_cost, temperature, trials, weights, seed, state
+    model,
+    here,
+    best,
+    trial,
+    critical,
+    here_cost,
+    best_decisive,
+    best_cost,
+    temperature,
+    trials,
+    weights,
+    seed,
+    state,
 ):
-    """Make the trials from `here` on; `here` and `best` are changed. Returns their costs."""
+    """Make the trials from `here` on; `here` and `best` are changed. Returns the cost of `here` and the costs of `best`
+    without and with what breaks ties."""
     if here.alternative.shape[0] == 0:
-        return here_cost, best_cost
+        return here_cost, best_decisive, best_cost
     np.random.seed(seed)
     _copy_into(trial, here)
     decode(model, here, weights, state)
@@ -130,19 +190,20 @@ def _anneal(  # type: ignore[no-untyped-def]
             _move_critical_leg(model, trial, critical[:count])
         else:
             _random_move(model, trial)
-        cost, _, _ = decode(model, trial, weights, state)
+        decisive, cost, _, _ = decode(model, trial, weights, state)
         if cost <= here_cost or (
             cost < IMPOSSIBLE and np.random.random() < np.exp((here_cost - cost) / temperature)
         ):
             here_cost = cost
             count = _critical_path(state, critical)
             _copy_into(here, trial)
-            if cost < best_cost:
+            if decisive < best_decisive or (decisive == best_decisive and cost < best_cost):
+                best_decisive = decisive
                 best_cost = cost
                 _copy_into(best, trial)
         else:
             _copy_into(trial, here)
-    return here_cost, best_cost
+    return here_cost, best_decisive, best_cost
 
 
 @lean

@@ -6,11 +6,22 @@ far) waits until it does. Where no leg can be placed, an agent that stands in th
 
 from planner.compiled import inlined, lean
 from planner.engines.hierarchical.scheduling.decoder_state import BY, COLUMNS, FREE, HOLDS, LAST, NONE
-from planner.engines.hierarchical.scheduling.model import PUSH, STRICT, UNREACHABLE
+from planner.engines.hierarchical.scheduling.model import (
+    GOES_ON,
+    HEADER,
+    ITSELF,
+    PUSH,
+    STRICT,
+    UNREACHABLE,
+)
 from planner.engines.hierarchical.scheduling.placement import leave, place_leg
 
 IMPOSSIBLE = 1e18
 """The cost of a choice that cannot be scheduled."""
+USELESS = 1e15
+"""What each useless step adds to the decisive cost …"""
+USELESS_SHARE = 0.02
+"""… and by what share it raises the other, so that the search may pass by such schedules."""
 LEGS, PLACES, WAITS_FOR = range(3)
 
 _leave = lean(leave)
@@ -20,9 +31,9 @@ _leave = lean(leave)
 def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
     """Schedule the choice on the state.
 
-    :param weights: (5,) of a second of makespan, a joule, an agent used, a second of weighted lateness, and a second of
-        all tasks' ends together.
-    :returns: the cost, the number of steps placed, the makespan in seconds.
+    :param weights: (2, 5) of a second of makespan, a joule, an agent used, a second of weighted lateness, and a second
+        of all tasks' ends together; first what decides, then what breaks ties.
+    :returns: the cost without and with what breaks ties, the number of steps placed, the makespan in seconds.
     """
     waiting = _begin(model, choice, state)
     facts = state.facts
@@ -75,7 +86,7 @@ def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
             now = _make_way(model, state, choice.stops, waits_for[:waiting], places, length)
         if now < 0:
             state.missing_fact[0] = _hopeless(model, waits_for[:waiting])
-            return IMPOSSIBLE, length, 0.0
+            return IMPOSSIBLE, IMPOSSIBLE, length, 0.0
         ways_made += 1
         length = now
     return _cost(model, state, weights, length)
@@ -135,11 +146,11 @@ def _hopeless(model, waits_for):  # type: ignore[no-untyped-def]
 def _cost(model, state, weights, length):  # type: ignore[no-untyped-def]
     for fact in model.goal_facts:
         if state.facts[fact, HOLDS] == 0.0:
-            return IMPOSSIBLE, length, 0.0
+            return IMPOSSIBLE, IMPOSSIBLE, length, 0.0
     for n in range(model.final_agent.shape[0]):
         way = model.way[state.configuration[model.final_agent[n]], model.final_need[n]]
         if way == UNREACHABLE or model.way_first[way] != model.way_first[way + 1]:
-            return IMPOSSIBLE, length, 0.0
+            return IMPOSSIBLE, IMPOSSIBLE, length, 0.0
     makespan = 0.0
     used = 0
     late = 0.0
@@ -151,5 +162,49 @@ def _cost(model, state, weights, length):  # type: ignore[no-untyped-def]
         energy += model.step_energy_j[state.steps[n]]
     for task in range(state.ends.shape[0]):
         late += model.task_weight[task] * max(0.0, state.ends[task] - model.task_deadline_s[task])
-    cost = weights[0] * makespan + weights[1] * energy + weights[2] * used + weights[3] * late
-    return cost + weights[4] * state.ends.sum(), length, makespan
+    ends = state.ends.sum()
+    decisive = (
+        weights[0, 0] * makespan
+        + weights[0, 1] * energy
+        + weights[0, 2] * used
+        + weights[0, 3] * late
+        + weights[0, 4] * ends
+    )
+    ties = (
+        weights[1, 0] * makespan
+        + weights[1, 1] * energy
+        + weights[1, 2] * used
+        + weights[1, 3] * late
+        + weights[1, 4] * ends
+    )
+    useless = _useless(model, state, length)
+    cost = (decisive + ties) * (1.0 + USELESS_SHARE * useless)
+    return decisive + USELESS * useless, cost, length, makespan
+
+
+@inlined
+def _useless(model, state, length):  # type: ignore[no-untyped-def]
+    """The number of steps without a use: they are redundant, or there for what table 3 does not allow."""
+    count = 0
+    for n in range(length):
+        step = state.steps[n]
+        use = model.step_use[step]
+        if use == ITSELF or (use == GOES_ON and state.free[state.step_agents[n, 0], LAST] != n):
+            continue
+        is_used = False
+        for m in range(model.final_agent.shape[0] if use == GOES_ON else 0):
+            is_used = is_used or model.final_agent[m] == state.step_agents[n, 0]
+        for m in range(model.excuse_first[step], model.excuse_first[step + 1]):
+            if is_used:
+                break
+            fact = model.excuses[m]
+            for later in range(n + 1, length):
+                at = model.step_at[state.steps[later]]
+                deletes = at + HEADER + model.step_data[at + 1]
+                if fact in model.step_data[at + HEADER : deletes]:
+                    is_used = True
+                    break
+                if fact in model.step_data[deletes : deletes + model.step_data[at + 2]]:
+                    break
+        count += 0 if is_used else 1
+    return count

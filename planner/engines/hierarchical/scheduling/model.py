@@ -19,6 +19,12 @@ NEAR = 2
 AHEAD = 4
 PUSH = 8
 STRICT = 16
+ITSELF = 0
+"""A later step of its fragment needs what the step intends."""
+GOES_ON = 1
+"""Its agent does something later, or a later step needs one of its excuses."""
+EXCUSED = 2
+"""A later step needs one of its excuses (table 3: it makes way)."""
 HEADER = 4
 """A step's data begin with: a mask (bit k set: the leg's k-th agent takes part), numbers of needs, deletes and adds."""
 MAX_AGENTS = 4
@@ -59,6 +65,9 @@ class Model(NamedTuple):
     leave_ways: Ints
     step_span_s: Floats  # (P,)
     step_energy_j: Floats  # (P,)
+    step_use: Ints  # (P,) what a step is there for: ITSELF, GOES_ON or EXCUSED
+    excuse_first: Ints  # (P+1,) into excuses
+    excuses: Ints  # shared facts that a step may be there for if a later one needs them
     step_at: (
         Ints  # (P,) where a step's data begin: HEADER numbers, then the shared facts it needs, deletes, adds
     )

@@ -14,7 +14,7 @@ from planner.engines.hierarchical.legs.stops import Stops
 from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder, Task
 from tests.planner.engines.hierarchical.checks import fragments_of
 
-MAKESPAN_ONLY = np.array((1.0, 0.0, 0.0, 0.0, 1e-4))
+MAKESPAN_ONLY = np.array(((1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1e-4)))
 
 Sequenced = tuple[GroundAction, ...]
 

@@ -5,10 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from benchmarks.planner.instances import FAMILIES
 from planner import Fact, GroundAction, KnowledgeBase
 from planner.engines.hierarchical.composition import Composed, Composition
 from planner.engines.hierarchical.legs.stops import with_stops
-from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, decode
+from planner.engines.hierarchical.scheduling.annealing import Schedule
+from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, USELESS, decode
 from planner.engines.hierarchical.scheduling.decoder_state import decoder_state_for
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import AHEAD, NEAR, PUSH, Choice
@@ -119,7 +121,7 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSet
             random.integers(-1, len(model.agent_class), legs).astype(np.int32),
             random.choice([0, NEAR, AHEAD, PUSH, NEAR | AHEAD | PUSH], legs).astype(np.int32),
         )
-        cost, length, span_s = decode(model, choice, MAKESPAN_ONLY, state)
+        cost, _, length, span_s = decode(model, choice, MAKESPAN_ONLY, state)
         if cost < IMPOSSIBLE:
             possible += 1
             actions = builder.actions(state.steps[:length], state.step_agents[:length])
@@ -133,7 +135,7 @@ def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> No
     model = builder_of(four).model()
     state = decoder_state_for(model)
     choice = Dispatcher(model).choice(0.0, np.random.default_rng(0))
-    cost, _, span_s = decode(model, choice, MAKESPAN_ONLY, state)
+    cost, _, _, span_s = decode(model, choice, MAKESPAN_ONLY, state)
     assert cost < IMPOSSIBLE
     step = int(state.free[np.argmax(state.free[:, 0]), 1])
     whole = 0.0
@@ -141,3 +143,53 @@ def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> No
         whole += model.step_span_s[state.steps[step]]
         step = int(state.cause[step])
     assert whole == pytest.approx(span_s)
+
+
+@pytest.mark.parametrize("trials", [0, 1, 100, 1777])
+def test_exactly_the_trials_asked_for_are_made(four: ProblemSetup, trials: int) -> None:
+    composition = composition_of(four)
+    improved(composition, trials)
+    assert composition.trials == trials
+
+
+def test_a_longer_search_begins_with_the_shorter_one(knowledge_base: KnowledgeBase) -> None:
+    world = ProblemSetup.of(knowledge_base, FAMILIES["mixed"](8, 0).problem(knowledge_base))
+    found = []
+    for trials in (20, 200, 2000):
+        composition = composition_of(world)
+        improved(composition, trials)
+        found.append([composed.makespan_s for composed in composition.found()][::-1])
+    shortest, longer, longest = found
+    # The last chunk of a search may be cut short: what it found last, the longer one may have improved at once.
+    assert longer[: len(shortest) - 1] == shortest[:-1]
+    assert longest[: len(longer) - 1] == longer[:-1]
+    assert len(longest) > len(shortest)
+
+
+def test_fragments_offered_later_are_as_good_as_those_offered_at_first(four: ProblemSetup) -> None:
+    quickest = [(four.quickest(goal),) for goal in four.problem.goals]
+    stops = [with_stops(some, four.stops())[1:] for some in quickest]
+    varied = four.composition(quickest)
+    assert varied.begin()
+    varied.vary(stops)
+    varied.improve(TRIALS, 1e9, lambda _: True)
+    assert varied.composed is not None
+    assert varied.composed.makespan_s == pytest.approx(makespan_s(four, varied.composed.actions), abs=0.01)
+    at_once = four.composition([(*one, *more) for one, more in zip(quickest, stops, strict=True)])
+    assert varied.composed.makespan_s <= 1.1 * improved(at_once).makespan_s
+
+
+def test_a_stop_that_clears_a_place_for_nobody_is_useless(knowledge_base: KnowledgeBase) -> None:
+    """Table 3: a place may be left early for another robot only."""
+    goal = inside("sample", "door_9")
+    store = Store(aisles=1, doors=10)
+    world = ProblemSetup.of(knowledge_base, store.problem([goal], {"sample": "bay_0_0"}))
+    direct, over_home, *_ = with_stops([world.quickest(goal)], world.stops())
+    model = world.builder([[direct, over_home]]).model()
+    legs = np.arange(model.max_legs, dtype=np.int32)
+    straight, stopping = (
+        Schedule(model, Choice.of(legs, np.array([number], np.int32)), MAKESPAN_ONLY) for number in (0, 1)
+    )
+    assert straight.decisive < USELESS
+    assert USELESS <= stopping.decisive < IMPOSSIBLE
+    assert stopping.cost < 2 * straight.cost, "the search may pass by it"

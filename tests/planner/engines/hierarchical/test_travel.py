@@ -75,6 +75,19 @@ def test_agents_go_on_from_places_near_to_where_several_legs_end(world: ProblemS
     assert travel.ahead()[needs[5]][:3] == [needs[3], needs[2], needs[1]]
 
 
+def test_what_legs_do_is_known_after_needs_that_were_met_before(world: ProblemSetup, travel: Travel) -> None:
+    need = travel.need("yard_0", near("yard_0", "door_4"))
+    travel.close()
+    there = travel.ends[travel.way[travel.starts["yard_0"], need]]
+    brought = [
+        world.base.ground(tag, arguments, world.problem.functions, objects=world.problem.objects)
+        for tag, arguments in carrying("yard_0", "sample", "door_4", "interchange_0_0")
+    ]
+    effect = travel.effect("yard_0", brought, need)
+    travel.close()
+    assert (travel.after[there, effect], need) in travel.way
+
+
 def test_an_agent_leaves_for_what_is_in_nobodys_way(world: ProblemSetup, travel: Travel) -> None:
     at_door = travel.need("yard_0", near("yard_0", "door_1"))
     travel.close()
