@@ -26,6 +26,8 @@ SIZES: Mapping[str, Sequence[int]] = {
     "swap": (2, 4),
     "relocation": (2, 4),
     "full": (6, 8),
+    "nearly_full": (5,),
+    "random": (1, 2, 4, 8),
     "rearranged": (16, 64),
 }
 QUICK = (1, 2, 4, 16, 64)

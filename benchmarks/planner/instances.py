@@ -3,7 +3,9 @@
 store, retrieve, mixed: each sample between a door of its own and a bay; four robots for up to 16 samples, in
 proportion beyond, half in the yard and half in the store, one an aisle. paper: four robots, two doors at which all the
 samples lie (more at one door than a world file allows). blocked, swap, relocation: goals that interact, paper size.
-full: samples in all bays, none of which may stay. rearranged: half of the samples to other bays, a third of them free.
+full: samples in all bays, none of which may stay; nearly_full: in all but one. random: a world of any shape, samples
+anywhere, goals for some of them, to places that may have to be cleared first. rearranged: half of the samples to other
+bays, a third of them free.
 """
 
 import random
@@ -143,6 +145,40 @@ def _full(samples: int, seed: int) -> Instance:
     return _made("full", seed, world, list(zip(bays, ends, strict=True)))
 
 
+def _nearly_full(samples: int, seed: int) -> Instance:
+    """One bay more than samples, each of which goes to another's bay or to the free one; two robots an aisle."""
+    chance = random.Random(f"nearly_full/{samples}/{seed}")
+    bays = _places(world := _world(samples, 2, 4, samples + 1), "bay", chance)
+    lying, ends = bays[:samples], chance.sample(bays, samples)
+    while any(one == other for one, other in zip(lying, ends, strict=True)):
+        ends = chance.sample(bays, samples)
+    return _made("nearly_full", seed, world, list(zip(lying, ends, strict=True)))
+
+
+def _random(goals: int, seed: int) -> Instance:
+    """A world of 1 to 3 aisles with samples in some of its doors and bays, half as many more as there are goals."""
+    chance = random.Random(f"random/{goals}/{seed}")
+    aisles = chance.randint(1, 3)
+    shape = store_shape(
+        samples=0,
+        aisles=aisles,
+        store_robots=aisles,
+        yard_robots=chance.randint(1, 3),
+        doors=chance.randint(2, 4),
+        bays=max(4 * aisles, goals + chance.randint(2, 6)),
+    )
+    world = generate_world(shape)
+    places = [*_places(world, "door", chance), *_places(world, "bay", chance)]
+    chance.shuffle(places)
+    lying = places[: goals + (goals + 1) // 2]
+    ends = chance.sample(places, goals)
+    while any(one == other for one, other in zip(lying, ends, strict=False)):
+        ends = chance.sample(places, goals)
+    return _made(
+        "random", seed, world, [*zip(lying, ends, strict=False), *((at, "") for at in lying[goals:])]
+    )
+
+
 def _rearranged(samples: int, seed: int) -> Instance:
     """Samples in two thirds of the bays; half of them go to bays that are free or that others leave."""
     chance = random.Random(f"rearranged/{samples}/{seed}")
@@ -163,6 +199,8 @@ FAMILIES: Mapping[str, Callable[[int, int], Instance]] = {
     "swap": _swap,
     "relocation": _relocation,
     "full": _full,
+    "nearly_full": _nearly_full,
+    "random": _random,
     "rearranged": _rearranged,
 }
 """Family → its instance by number of samples and seed."""

@@ -39,7 +39,7 @@ class Task:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measure:
     """The run's result; times from the world's facts to the validated plan-net, seconds. `fault`: what the
-    benchmark's own check finds wrong with the plan-net."""
+    benchmark's own check finds wrong with the plan-net. `cpu_s`: what this process used of `final_s`."""
 
     task: Task
     status: str = "killed"
@@ -48,6 +48,7 @@ class Measure:
     first_s: float | None = None
     first_makespan_s: float | None = None
     final_s: float | None = None
+    cpu_s: float | None = None
     makespan_s: float | None = None
     bound_s: float | None = None
     actions: int = 0
@@ -79,7 +80,7 @@ def _answer(task: Task, there: Connection) -> None:
     knowledge_base = load_knowledge_base()
     engine = engine_named(task.engine, knowledge_base)
     warm_up(engine)
-    there.send(_run(task, engine, knowledge_base))
+    there.send(run(task, engine, knowledge_base))
 
 
 class _FirstPlan(Observer):
@@ -94,7 +95,8 @@ class _FirstPlan(Observer):
             self.seen = (time.perf_counter() - self.begun, progress.makespan_s)
 
 
-def _run(task: Task, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> Measure:
+def run(task: Task, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> Measure:
+    """Carry out a task in this process, with an engine that is warm."""
     instance = FAMILIES[task.family](task.samples, task.seed)
     request = PlanningRequest(time_limit_s=task.limit_s, effort_s=task.effort_s, seed=task.seed)
     first: tuple[float, float] | None = None
@@ -106,10 +108,17 @@ def _run(task: Task, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> M
             first = (time.perf_counter() - begun, result.plan_net.makespan_s)
     watch = _FirstPlan()
     problem = instance.problem(knowledge_base)
+    cpu_s = time.process_time()
     result = engine.plan(problem, request, watch)
+    cpu_s = time.process_time() - cpu_s
     final_s = time.perf_counter() - watch.begun
     measure = Measure(
-        task=task, status=result.status.value, reason=result.reason, robots=instance.robots, final_s=final_s
+        task=task,
+        status=result.status.value,
+        reason=result.reason,
+        robots=instance.robots,
+        final_s=final_s,
+        cpu_s=cpu_s,
     )
     if (net := result.plan_net) is not None:
         seen = first or watch.seen or (final_s, net.makespan_s)
