@@ -1,6 +1,6 @@
 """Runs a mission in a simulated world, in this process, as fast as possible and without a service."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -71,11 +71,16 @@ class _Witness:
 
 
 def simulate_mission(
-    mission: Mission, *, seed: int, packet_files: Sequence[Path] | None = None
+    mission: Mission,
+    *,
+    seed: int,
+    packet_files: Sequence[Path] | None = None,
+    watch: Callable[[Truth], None] | None = None,
 ) -> MissionResult:
     """Run until all scripts have finished, or one has failed or was refused.
 
     :param packet_files: of the robots' repertoires; None: the packets of `store`.
+    :param watch: called with the ground truth 20 times a second of the world's time.
     """
     limit_s = BASE_LIMIT_S + LIMIT_FACTOR * mission.plan_net.makespan_s
     with ScriptRunner(mission.world, seed=seed, make_agent=agents_with(packet_files)) as runner:
@@ -84,6 +89,8 @@ def simulate_mission(
         names = {script.id for script in mission.scripts}
 
         def is_over() -> bool:
+            if watch is not None:
+                watch(runner.simulation.truth())
             runner.receive()
             witness.note(runner)
             return bool(_failed(runner) or runner.refused) or names <= set(runner.ended)

@@ -104,7 +104,12 @@ def _positions(facts: Collection[Fact], robot: str) -> set[str]:
 
 
 def _can_be_passed_on(plan_net: PlanNet, leg: Leg, robot: str) -> bool:
-    """Whether another robot could do it, whoever that is."""
+    """Whether another robot could do it, whoever that is.
+
+    Our choice: not if an action of it has phases, which are not known as drives and waits of the robot alone.
+    """
+    if any(action.phase for action in leg):
+        return False
     ids = {action.id for action in leg}
     agents = {action.id: action.agents for action in plan_net.actions}
     cleared = clearances(plan_net)

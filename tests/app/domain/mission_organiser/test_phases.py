@@ -7,8 +7,11 @@ import pytest
 
 from app.domain.mission_organiser import Organised, OrganiserFailure, load_library, organise, shipped_library
 from app.domain.plan_document import PlanBody
+from app.packs.find import load_packs
+from benchmarks.holding_off import PACK, PHASE_TAGS, STORE_TAGS
 from benchmarks.planner.timed_store import timed_store
 from planner import PlanNet, keep_in_step
+from robots.world import LinkSpec, load_world
 from tests.app.sample_store import Store
 
 LIBRARY = """
@@ -92,6 +95,36 @@ def test_a_robot_that_cannot_see_the_place_is_cleared_by_the_phase_that_leaves_i
     assert isinstance(found, Organised), found
     leaves, comes = found.scripts
     assert [packet.after for packet in comes.packets] == [(), (), (leaves.packets[0].id,)]
+
+
+@pytest.mark.parametrize(("carry", "is_passed_on"), [("TRANSPORT", True), ("HAUL", False)])
+def test_a_leg_with_phases_is_not_passed_on(carry: str, is_passed_on: bool) -> None:
+    packs = load_packs([str(PACK)])
+    plain = load_world("sample_store")
+    robots = tuple(r.model_copy(update={"repertoire": (*STORE_TAGS, *PHASE_TAGS)}) for r in plain.robots)
+    world = plain.model_copy(update={"robots": robots, "peer_link": LinkSpec()})
+    known = Store(world, packs.knowledge_base())
+    names = {"robot": "yard_1"} if carry == "HAUL" else {"robots": "yard_1"}
+    steps = [
+        (carry, {**{k: v for k, v in arguments.items() if k != "robots"}, **names})
+        if tag == "TRANSPORT"
+        else (tag, arguments)
+        for tag, arguments in known.carry("yard_1", "sample_1", "door_1", "door_2", came_from="home_yard_1")
+    ]
+    net = known.plan(steps, "in(sample_1, door_2)")
+    found = organise(
+        net,
+        packs.library(),
+        known.repertoires,
+        "m",
+        known.base,
+        facts=known.facts,
+        clearing=world.clearing,
+        delegating=world.delegating,
+    )
+    assert isinstance(found, Organised), found
+    (script,) = found.scripts
+    assert bool(script.delegable) is is_passed_on
 
 
 def test_without_packets_for_its_phases_an_action_is_refused() -> None:

@@ -1,0 +1,60 @@
+"""Robots of the pack `examples/holding_off` meet at one interchange: one drives up while another still leaves it."""
+
+from functools import cache
+
+import pytest
+
+from app.cli.simulated_mission import simulate_mission
+from app.cli.trials.offline_mission import Mission, goal_problem, plan_mission
+from app.domain.world_model import initial_facts
+from app.packs.check import faults_of
+from app.packs.find import load_packs
+from app.packs.pack_set import Packs
+from benchmarks.holding_off import PACK
+from planner import Keeping, PlanningRequest
+from planner.engines.registry import portfolio
+from robots.world import load_world
+from tests.app.sample_store import said
+
+CROSSING = ("in(sample_1, bay_3)", "in(sample_2, door_1)", "in(sample_3, door_2)")
+"""Samples that go through the interchange in both directions."""
+
+
+@cache
+def packs() -> Packs:
+    return load_packs([str(PACK)])
+
+
+@cache
+def mission() -> Mission:
+    """Three samples through the interchange of the pack's own world, whose robots also know NAVIGATE and TRANSPORT."""
+    world = load_world(PACK / "worlds" / "holding_off_store.yaml")
+    base = packs().knowledge_base()
+    problem = goal_problem(world, initial_facts(world, base), [said(goal) for goal in CROSSING], base)
+    request = PlanningRequest(time_limit_s=60, effort_s=0.0)
+    return plan_mission(world, problem, portfolio(base), base, request, library=packs().library())
+
+
+def test_the_pack_is_valid() -> None:
+    assert list(faults_of(packs())) == []
+
+
+def test_a_robot_goes_in_after_the_phase_in_which_another_leaves() -> None:
+    net = mission().plan_net
+    actions = {action.id: action for action in net.actions}
+    handed_over = [
+        (actions[o.before], actions[o.after], o.kept_by)
+        for o in net.orderings
+        if actions[o.before].phase == 1 and actions[o.after].phase == actions[o.after].phases
+    ]
+    assert handed_over
+    for leaves, enters, kept_by in handed_over:
+        assert leaves.agents != enters.agents
+        assert kept_by in (Keeping.SENSING, Keeping.CLEARANCE)
+        assert any(fact.predicate == "clear" and fact in leaves.effects for fact in enters.preconditions)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_asked_for_becomes_true(seed: int) -> None:
+    ended = simulate_mission(mission(), seed=seed, packet_files=packs().packets)
+    assert ended.came_true, (ended.words, ended.reason)
