@@ -4,22 +4,29 @@
 
 Each round states a goal for each of the store's four samples at once. Proposed: until each has a plan to decide on.
 Finished: approved automatically, organised, dispatched, carried out and reported, until each is over. On SQLite and
-on a database of the server.
+on a database of the server. Beside that what a goal costs, which other load changes less: CPU milliseconds of the
+service's process, with the benchmark's client and robots, and of the planning processes, and SQL statements.
 """
 
+import os
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from fastapi.testclient import TestClient
+from sqlalchemy import Engine, event
 
 from app.composition import RunningWorld, Service, make_engine
 from app.planning.pool.pool import PlanningWorker
+from app.planning.pool.process_tree import tree_of
 from app.settings import Settings
 from benchmarks.databases import SERVER, database_on
+from benchmarks.processes import cpu_s
 from robots.clock import ManualClock
 from robots.link import InMemoryLink, Link
 from robots.wire import (
@@ -43,6 +50,23 @@ LOOK_S = 0.1
 """Pause between two looks at the open goals: more of them would be measured, too."""
 REPEAT_S = 2.0
 """Wall-clock seconds after which a report without a receipt is sent again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Throughput:
+    """Goals a second, and what each costs.
+
+    :param planning_ms: CPU milliseconds of the planning processes that are still running at the end.
+    """
+
+    a_second: float
+    service_ms: float
+    planning_ms: float
+    statements: float
+
+    @property
+    def cost(self) -> str:
+        return f"{self.service_ms:.0f} + {self.planning_ms:.0f} CPU-ms, {self.statements:.0f} statements"
 
 
 class Instant:
@@ -100,19 +124,50 @@ class Instant:
         return answer
 
 
-def through(api: TestClient, rounds: Sequence[int], *, finished: bool) -> float:
-    """Goals a second, until they have a plan or until they are finished.
+def through(api: TestClient, rounds: Sequence[int], *, finished: bool) -> Throughput:
+    """Put goals through, until they have a plan or until they are finished.
 
     :raises TimeoutError: if a round takes too long.
     """
-    began = time.perf_counter()
+    began_s = time.perf_counter()
+    service_s, planning_s = time.process_time(), _children_s()
+    with counted_statements() as statements:
+        _put_through(api, rounds, finished=finished)
+    goals = len(rounds) * SAMPLES
+    return Throughput(
+        a_second=goals / (time.perf_counter() - began_s),
+        service_ms=1000 * (time.process_time() - service_s) / goals,
+        planning_ms=1000 * (_children_s() - planning_s) / goals,
+        statements=len(statements) / goals,
+    )
+
+
+def _children_s() -> float:
+    return sum(cpu_s(one.pid) for one in tree_of(os.getpid())[1:])
+
+
+@contextmanager
+def counted_statements() -> Iterator[Sequence[None]]:
+    """Has an item for each statement that any engine of this process has executed in the block."""
+    executed: list[None] = []
+
+    def count(*_: object) -> None:
+        executed.append(None)
+
+    event.listen(Engine, "before_cursor_execute", count)
+    try:
+        yield executed
+    finally:
+        event.remove(Engine, "before_cursor_execute", count)
+
+
+def _put_through(api: TestClient, rounds: Sequence[int], *, finished: bool) -> None:
     for number in rounds:
         bays = [(number * SAMPLES + sample) % BAYS + 1 for sample in range(SAMPLES)]
         texts = [f"move sample_{sample + 1} to bay_{bay}" for sample, bay in enumerate(bays)]
         wishes = [{"text": text, "auto_approve": finished} for text in texts]
         goals = [api.post("/v1/goals", json=wish).raise_for_status().json()["id"] for wish in wishes]
         await_all(api, goals, "finished" if finished else "planned")
-    return len(rounds) * SAMPLES / (time.perf_counter() - began)
 
 
 def await_all(api: TestClient, goals: Sequence[str], state: str) -> None:
@@ -125,8 +180,8 @@ def await_all(api: TestClient, goals: Sequence[str], state: str) -> None:
             time.sleep(LOOK_S)
 
 
-def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[float, float]:
-    """Goals a second until they have a plan, and until they are finished."""
+def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[Throughput, Throughput]:
+    """Until goals have a plan, and until they are finished."""
     near, far = InMemoryLink.pair()
     clock = ManualClock()
     world = RunningWorld(file=load_world("sample_store"), link=near, clock=clock, rate=None, run="benchmark")
@@ -144,7 +199,10 @@ def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[float
 
 def measure(url: str | None, worker: PlanningWorker, rounds: int) -> str:
     planned, done = figures(url, worker, rounds)
-    return f"{planned:.1f} goals a second proposed, {done:.1f} finished"
+    return (
+        f"{planned.a_second:.1f} goals a second proposed, {done.a_second:.1f} finished;"
+        f" a goal costs {planned.cost} to its plan, {done.cost} to its end"
+    )
 
 
 def main(rounds: int = 10, server: str = SERVER) -> None:

@@ -143,7 +143,7 @@ def goals(runs: int) -> Iterator[Row]:
             yield Row(
                 what=f"{what}, {name}",
                 unit="a second",
-                values=[both[index] for both in found],
+                values=[both[index].a_second for both in found],
                 target=target,
                 before=before[index],
                 more_is_better=True,
