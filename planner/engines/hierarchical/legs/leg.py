@@ -11,6 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.operator import TEAM_SEPARATOR
@@ -21,6 +23,17 @@ from planner.problem.static_facts import StaticFacts
 Configuration = frozenset[Fact]
 SHORTER = 0.01
 """Of a distance: less is rounding."""
+
+
+def _is_shorter_by_a_third(values: Mapping[tuple[str, str], float]) -> bool:
+    """Whether the values from some object to a third one and on to another are less than that between the two."""
+    number = {name: n for n, name in enumerate(dict.fromkeys(name for pair in values for name in pair))}
+    table = np.full((len(number), len(number)), np.inf)
+    for (one, other), value in values.items():
+        table[number[one], number[other]] = value
+    np.fill_diagonal(table, np.inf)
+    longest = np.where(np.isinf(table), -np.inf, table - SHORTER)
+    return any(bool((table[:, [third]] + table[[third], :] < longest).any()) for third in range(len(number)))
 
 
 class ClassifiedProblem:
@@ -41,17 +54,11 @@ class ClassifiedProblem:
     @cached_property
     def detours_pay(self) -> bool:
         """True if it is nearer somewhere to go by a third place: the distances are not all those of straight ways."""
-        functions = self.problem.functions
-        pairs = {(name, args): value for (name, args), value in functions.items() if len(args) == 2}
-        after: dict[tuple[str, str], list[tuple[str, float]]] = defaultdict(list)
-        for (name, (one, other)), value in pairs.items():
-            after[name, one].append((other, value))
-        return any(
-            value + way < pairs.get((name, (one, end)), 0.0) - SHORTER
-            for (name, (one, other)), value in pairs.items()
-            for end, way in after[name, other]
-            if end != one
-        )
+        tables: dict[str, dict[tuple[str, str], float]] = defaultdict(dict)
+        for (name, args), value in self.problem.functions.items():
+            if len(args) == 2:
+                tables[name][args[0], args[1]] = value
+        return any(map(_is_shorter_by_a_third, tables.values()))
 
     def agents_of(self, fact: Fact) -> frozenset[str]:
         return self.agents.intersection(fact.args)

@@ -143,5 +143,17 @@ def test_ways_are_the_shortest_in_whatever_order_they_are_asked_for(chance: Rand
         assert sum(action.duration_s for action in way.actions) == pytest.approx(spans[one, other])
 
 
+def test_detours_pay_where_the_way_by_a_third_place_is_shorter(world: ProblemSetup) -> None:
+    straight = world.problem
+    assert not world.classified.detours_pay, "all distances are those of straight ways"
+    pair = ("distance_m", ("door_0", "door_3"))
+    for extra_m, pays in ((0.0, False), (0.005, False), (1.0, True)):
+        functions = {**straight.functions, pair: straight.functions[pair] + extra_m}
+        longer = replace(straight, functions=functions)
+        assert ProblemSetup.of(world.base, longer).classified.detours_pay is pays
+    one_way = {key: value for key, value in straight.functions.items() if key != pair}
+    assert not ProblemSetup.of(world.base, replace(straight, functions=one_way)).classified.detours_pay
+
+
 def _empty_near(robot: str, place: str) -> frozenset[Fact]:
     return near(robot, place) | {Fact("robot_attribute", (robot, "gripper", "empty"))}
