@@ -306,8 +306,10 @@ class MissionReports:
                 )
 
         elif refusal is not None and script.question is not None and message.in_reply_to == script.question:
-            note_answer(script, message.in_reply_to)
+            question = script.question
+            note_answer(script, question)
             self._stop_asking(session, subject, refusal)
+            _conclude_refused_cancel(script, question, script.detail)
 
     def _stop_asking(self, session: Session, subject: _Subject, reason: str) -> None:
         """Note that the robot does not understand status queries."""
@@ -337,9 +339,11 @@ class MissionReports:
         has followed an order with a greater number, which a lost database had recorded.
         """
         script = subject.script
-        cannot = session.get(UnaskedRobotRow, (subject.mission.world, script.robot)) is not None
-        if not has_terminated(script) and not cannot:
-            ask(script, f"{script.id}:status:{refused}")
+        question = _question_about(script, refused)
+        if session.get(UnaskedRobotRow, (subject.mission.world, script.robot)) is not None:
+            _conclude_refused_cancel(script, question, reason)
+        elif not has_terminated(script):
+            ask(script, question)
         script.detail = reason
 
     def _packet(self, session: Session, report: PacketReport, subject: _Subject) -> None:
@@ -537,6 +541,21 @@ class MissionReports:
         if unreported := _finish_packets(subject.script, report.at_s, before):
             self._contradictions.note(session, subject.mission, subject.scripts)
             self._actions_ended(session, unreported, report.at_s, subject)
+
+
+def _question_about(script: ScriptRow, refused: str) -> str:
+    """The id of the status query after the robot refused an order, by its label, or a clearance."""
+    return f"{script.id}:status:{refused}"
+
+
+def _conclude_refused_cancel(script: ScriptRow, question: str, reason: str) -> None:
+    """Take it that a robot that cannot be asked, and refuses to cancel a script that it never took, does not have it.
+
+    :param question: the status query that it was asked, or cannot be asked.
+    """
+    is_about_cancel = question.startswith(_question_about(script, f"{ControlVerb.CANCEL.value}:"))
+    if is_about_cancel and script.stopping and script.delivery == Delivery.PENDING:
+        refuse(script, reason)
 
 
 def _subjects_of(session: Session, messages: Sequence[Message]) -> dict[str, _Subject]:

@@ -12,7 +12,7 @@ from sqlalchemy import event, select
 from app.agents.agent_models import Reception
 from app.domain.errors import NotFound
 from app.domain.lifecycles.script import ask, order
-from app.store import EventRow, GoalRow, MessageRow, ScriptRow
+from app.store import EventRow, GoalRow, MessageRow, ScriptRow, UnaskedRobotRow
 from app.store.migrate import migrate
 from planner import Fact
 from robots.clock import ManualClock
@@ -211,6 +211,38 @@ def test_a_robot_that_does_not_understand_a_status_query_is_not_asked_again(miss
         ).all()
     )
     assert told == ["yard_1"]
+
+
+@pytest.mark.parametrize("is_known_before", [True, False])
+def test_a_robot_that_cannot_be_asked_and_refuses_to_cancel_what_it_never_took_does_not_have_it(
+    dispatched: Mission, is_known_before: bool
+) -> None:
+    script = dispatched.script("yard_1")
+    with dispatched.services.database.write() as session:
+        order(session.get_one(ScriptRow, script.id), ControlVerb.CANCEL)
+        if is_known_before:
+            session.add(UnaskedRobotRow(world=WORLD, robot="yard_1", reason="unknown kind status_query"))
+    refusal = Refusal(script_id=script.id, reason="busy, or not able to follow a control")
+    dispatched.services.record(dispatched.message(script, refusal, f"{script.id}:cancel:1"))
+    asked = dispatched.script("yard_1").question
+    assert (asked is None) == is_known_before
+    if asked is not None:
+        unclear = Refusal(script_id=script.id, reason="not understood: unknown kind status_query")
+        dispatched.services.record(dispatched.message(script, unclear, asked))
+    script = dispatched.script("yard_1")
+    assert (script.delivery, script.state) == ("withdrawn", "cancelled")
+    assert (script.question, script.detail) == (None, "busy, or not able to follow a control")
+
+
+def test_a_robot_that_refuses_to_cancel_what_it_carries_out_is_still_owed_an_end(mission: Mission) -> None:
+    script = mission.script("yard_1")
+    with mission.services.database.write() as session:
+        order(session.get_one(ScriptRow, script.id), ControlVerb.CANCEL)
+        session.add(UnaskedRobotRow(world=WORLD, robot="yard_1", reason="unknown kind status_query"))
+    refusal = Refusal(script_id=script.id, reason="not now")
+    mission.services.record(mission.message(script, refusal, f"{script.id}:cancel:1"))
+    script = mission.script("yard_1")
+    assert (script.delivery, script.state) == ("acknowledged", None)
 
 
 def test_reports_that_arrive_together_are_recorded_in_one_transaction_in_their_order(
