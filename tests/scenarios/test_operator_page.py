@@ -8,11 +8,10 @@ import httpx2
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, expect, sync_playwright
 
-from tests.chromium import FLAGS, NEEDED, PROGRAM, SOFTWARE_GL
+from tests.chromium import NEEDED, SOFTWARE_GL, chromium
 from tests.scenarios.serving import Served, macta_serve
 
 pytestmark = NEEDED
-PLAN_MS = 20_000
 MISSION_MS = 120_000
 PICTURES = os.environ.get("MACTA_PICTURES", "")
 SPEED = "1" if PICTURES else "8"
@@ -26,10 +25,8 @@ def service(tmp_path: Path) -> Iterator[Served]:
 
 @pytest.fixture
 def browser() -> Iterator[Browser]:
-    with sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, *SOFTWARE_GL])
-        yield chromium
-        chromium.close()
+    with sync_playwright() as driver, chromium(driver, *SOFTWARE_GL) as browser:
+        yield browser
 
 
 def told(line: ConsoleMessage) -> str:
@@ -85,12 +82,12 @@ def test_an_operator_approves_a_plan_on_the_page_and_sees_the_mission_complete(
 
     page.get_by_test_id("goal-text").fill("move sample_1 to bay_7")
     page.get_by_test_id("goal-submit").click()
-    expect(page.get_by_test_id("plan-approve")).to_be_visible(timeout=PLAN_MS)
+    expect(page.get_by_test_id("plan-approve")).to_be_visible()
     picture(page, "review")
 
     page.get_by_test_id("plan-approve").click()
     page.get_by_test_id("plan-confirm").click()
-    expect(page.get_by_test_id("mission-state")).to_contain_text("running", timeout=PLAN_MS)
+    expect(page.get_by_test_id("mission-state")).to_contain_text("running")
     picture(page, "mission")
     expect(page.get_by_test_id("mission-state")).to_contain_text("completed", timeout=MISSION_MS)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import httpx2
 from playwright.sync_api import Page, WebSocket, expect, sync_playwright
 
-from tests.chromium import FLAGS, NEEDED, PROGRAM, SOFTWARE_GL
+from tests.chromium import NEEDED, SOFTWARE_GL, chromium
 from tests.ports import free_port
 from tests.scenarios.killing import kill_family
 from tests.scenarios.serving import macta_serve
@@ -31,8 +31,7 @@ def until_more(page: Page, heard: set[WebSocket], than: int) -> None:
 
 def test_a_page_goes_on_when_the_service_was_killed_and_is_back(tmp_path: Path) -> None:
     data, port = tmp_path / "data", ("--port", str(free_port()))
-    with sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, *SOFTWARE_GL])
+    with sync_playwright() as driver, chromium(driver, *SOFTWARE_GL) as browser:
         page = browser.new_page()
         live, heard = page.get_by_test_id("live-badge"), talking(page)
         with macta_serve(data, *port) as first:
@@ -54,4 +53,3 @@ def test_a_page_goes_on_when_the_service_was_killed_and_is_back(tmp_path: Path) 
             # The view is being built in the page's thread meanwhile, which takes long on a busy machine.
             expect(page.get_by_test_id("goal-item")).to_contain_text(goal["text"], timeout=BACK_MS)
             expect(page.get_by_test_id("goal-text")).to_have_value("move sample_1 to")
-        browser.close()

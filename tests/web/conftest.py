@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.chromium import FLAGS, PROGRAM, SOFTWARE_GL
+from tests.chromium import PROGRAM, SOFTWARE_GL, chromium
 from tests.web.fake_api import TOKEN, add_console, create_app, served
 from tests.web.fake_service import FakeService
 
@@ -26,17 +26,15 @@ def playwright_driver() -> Iterator["Playwright"]:
 @pytest.fixture(scope="package")
 def browser(playwright_driver: "Playwright") -> Iterator["Browser"]:
     """Without WebGL."""
-    running = playwright_driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, "--disable-gpu"])
-    yield running
-    running.close()
+    with chromium(playwright_driver, "--disable-gpu") as running:
+        yield running
 
 
 @pytest.fixture(scope="package")
 def webgl_browser(playwright_driver: "Playwright") -> Iterator["Browser"]:
     """With WebGL drawn in software."""
-    running = playwright_driver.chromium.launch(executable_path=PROGRAM, args=[*FLAGS, *SOFTWARE_GL])
-    yield running
-    running.close()
+    with chromium(playwright_driver, *SOFTWARE_GL) as running:
+        yield running
 
 
 @pytest.fixture
