@@ -182,7 +182,7 @@ def test_a_robot_that_is_only_an_mqtt_client_is_admitted_and_carries_out_its_scr
         assert api.get("/v1/robots/visitor_1").status_code == 404
 
         api.post(f"/v1/worlds/{WORLD}/robots/visitor_1:admit").raise_for_status()
-        until(lambda: visitor.told[-1]["state"] == "in_force")
+        until(lambda: visitor.told and visitor.told[-1]["state"] == "in_force")
         awaited(lambda: api.get(changes).json()["items"][0]["delivery"], "taken_up".__eq__)
         awaited(lambda: robot(api, "visitor_1")["connection"], "online".__eq__)
         assert robot(api, "visitor_1")["pose"]["x_m"] == 4.0  # nobody simulates it beside itself

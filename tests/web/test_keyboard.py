@@ -41,6 +41,7 @@ def test_an_operator_needs_no_mouse(page: Page, service: FakeService) -> None:
     expect(page.get_by_test_id("plan-dialog")).to_have_count(0)
     assert service.decisions == []
     keys.press("a")
+    expect(page.get_by_test_id("plan-dialog")).to_be_visible()
     keys.press("Enter")
 
     state = page.get_by_test_id("mission-state")

@@ -170,7 +170,7 @@ def test_what_a_running_mission_needs_is_changed_once_it_has_ended(
     until(lambda: robot(api, "yard_1")["factsheet"]["state"] == "in_force")
     assert "can(yard_1, DOCK)" not in facts(api)
     assert [one["outcome"] for one in events(service, "robot.announced")] == ["postponed", "in_force"]
-    until(lambda: team.replies[-1][1].state is FactsheetState.IN_FORCE)
+    until(lambda: team.replies and team.replies[-1][1].state is FactsheetState.IN_FORCE)
 
 
 @ON_BOTH
@@ -194,7 +194,7 @@ def test_a_robot_that_no_world_has_waits_until_an_operator_admits_it(
     (made,) = api.get(CHANGES).json()["items"]
     assert (made["actor"], made["reason"]) == ("administrator", "it is ours")
     assert made["edits"][0]["robot"]["external"] is True
-    until(lambda: team.replies[-1][1].state is FactsheetState.IN_FORCE)
+    until(lambda: team.replies and team.replies[-1][1].state is FactsheetState.IN_FORCE)
     assert events(service, "robot.admitted") == [
         {
             "subject": "visitor_1",
@@ -226,7 +226,7 @@ def test_a_robot_that_an_operator_refuses_is_told_so_and_stays_refused_unless_it
     announced(team, "visitor_1", visitor())
     refused = api.post(f"{WORLD}/robots/visitor_1:refuse", json={"reason": "it leaks oil"}).json()
     assert (refused["state"], refused["reason"]) == ("refused", "it leaks oil")
-    until(lambda: team.replies[-1][1].state is FactsheetState.REFUSED)
+    until(lambda: team.replies and team.replies[-1][1].state is FactsheetState.REFUSED)
     assert team.replies[-1][1].reason == "it leaks oil"
     assert announced(team, "visitor_1", visitor(number=1)) is FactsheetState.REFUSED
     assert announced(team, "visitor_1", visitor(number=2, speed_m_s=0.1)) is FactsheetState.ANNOUNCED
@@ -280,7 +280,7 @@ def test_only_so_many_strangers_are_kept_and_a_refused_one_makes_room(
     assert announced(team, "yard_1", sheet()) is FactsheetState.IN_FORCE
     assert {one["robot"] for one in api.get(SHEETS).json()["items"]} == {"visitor_1", "visitor_2", "yard_1"}
     api.post(f"{WORLD}/robots/visitor_1:refuse", json={"reason": "too many"}).raise_for_status()
-    until(lambda: team.replies[-1][1].state is FactsheetState.REFUSED)
+    until(lambda: team.replies and team.replies[-1][1].state is FactsheetState.REFUSED)
     assert announced(team, "visitor_3", visitor(number=1)) is FactsheetState.ANNOUNCED
     assert {one["robot"] for one in api.get(SHEETS).json()["items"]} == {"visitor_2", "visitor_3", "yard_1"}
 

@@ -378,7 +378,7 @@ def test_a_service_goes_on_with_the_changed_world_until_it_gets_another_file(
     with service:
         assert samples(api) == {"sample_1", "sample_2", "sample_3", "sample_9"}
         assert "in(sample_9, door_2)" in facts(api)
-        until(lambda: team.editions[-1] == 1)
+        until(lambda: team.editions[-1:] == [1])
     api, service = serve(world_file, "run-2")
     with service:  # started anew, in the changed world
         assert "in(sample_9, door_2)" in facts(api)
