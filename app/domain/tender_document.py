@@ -1,6 +1,6 @@
 """A goal's tender as data: which legs robots were called for, who has bid what, and who is awarded what and why."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -142,25 +142,25 @@ class TenderBody(BaseModel):
     @property
     def declines(self) -> Sequence[str]:
         """Who has declined the legs that nobody is awarded, and why, in words."""
-        return [
-            f"{bid.robot} declines {leg.id}: {bid.reason}"
-            for leg in self.legs
-            for part in leg.parts
-            for bid in part.bids
-            if not leg.team and bid.state is BidState.DECLINED
-        ]
+        return [f"{bid.robot} declines {leg.id}: {bid.reason}" for leg, bid in self._declined()]
 
     @property
     def passing(self) -> Blockers:
         """The robots that have declined legs that nobody is awarded, for reasons that may pass."""
         robots = {
             bid.robot: f"which declines {leg.id}: {bid.reason}"
-            for leg in self.legs
-            for part in leg.parts
-            for bid in part.bids
-            if not leg.team and bid.declining in PASSING
+            for leg, bid in self._declined()
+            if bid.declining in PASSING
         }
         return Blockers(robots=robots)
+
+    def _declined(self) -> Iterator[tuple[LegBody, BidBody]]:
+        """The refusals of the legs that nobody is awarded."""
+        for leg in self.legs:
+            for part in leg.parts:
+                for bid in part.bids:
+                    if not leg.team and bid.state is BidState.DECLINED:
+                        yield leg, bid
 
     def with_bids(self, bids: Mapping[str, Sequence[BidBody]]) -> "TenderBody":
         """:param bids: by conversation."""
