@@ -268,7 +268,12 @@ class Service:
         )
         calls = LegCalls(core, speech=self.speech, library=self.packs.library())
         self.tenders = Tenders(
-            core, speech=self.speech, worlds=self._files, calls=calls, requests=self._requests
+            core,
+            speech=self.speech,
+            worlds=self._files,
+            clocks=self.clocks,
+            calls=calls,
+            requests=self._requests,
         )
         self.plans = PlanApproval(
             core,
@@ -289,7 +294,7 @@ class Service:
             perceives=self._perceives,
         )
         proposals = Proposals(core, clocks=self.clocks)
-        self._waiting_goals = WaitingGoals(core)
+        self._waiting_goals = WaitingGoals(core, clocks=self.clocks)
         self.out_of_service = OutOfService(core, clocks=self.clocks, waiting=self._waiting_goals)
         self.worlds.numbers_corrected.append(self._waiting_goals.release)
         self.holds = HoldService(core, worlds=self._files, clocks=self.clocks, waiting=self._waiting_goals)

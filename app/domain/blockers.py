@@ -11,11 +11,13 @@ class Blockers:
 
     :param missions: each in words; likewise `holds`.
     :param robots: by name, why each is not recruited, in words.
+    :param until_s: until when they are waited for at the longest, seconds of the world's clock; None: without end.
     """
 
     missions: tuple[str, ...] = ()
     holds: tuple[str, ...] = ()
     robots: Mapping[str, str] = field(default_factory=dict)
+    until_s: float | None = None
 
     def __bool__(self) -> bool:
         return bool(self.missions or self.holds or self.robots)
@@ -38,13 +40,19 @@ class Blockers:
         )
 
     def to_json(self) -> dict[str, Any]:
-        return {"missions": list(self.missions), "holds": list(self.holds), "robots": dict(self.robots)}
+        return {
+            "missions": list(self.missions),
+            "holds": list(self.holds),
+            "robots": dict(self.robots),
+            "until_s": self.until_s,
+        }
 
     @classmethod
     def from_json(cls, known: Mapping[str, Any]) -> Self:
-        """:param known: earlier versions recorded no holds."""
+        """:param known: earlier versions recorded no holds and no end."""
         return cls(
             missions=tuple(known["missions"]),
             holds=tuple(known.get("holds", ())),
             robots=dict(known["robots"]),
+            until_s=known.get("until_s"),
         )

@@ -1,6 +1,7 @@
 """A goal's tender as data: which legs robots were called for, who has bid what, and who is awarded what and why."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -33,8 +34,10 @@ class BidState(StrEnum):
     """It has not answered in time. That says nothing about the robot: it may be recruited where nobody bids."""
     UNCALLED = "uncalled"
     """It does not take calls. It may be recruited where nobody bids."""
+    BUSY = "busy"
+    """It bids from when it is free; until then a mission has reserved it."""
     WITHHELD = "withheld"
-    """It bids, but planning does not recruit it now: a mission or its role needs it, or it is unavailable."""
+    """It bids, but planning does not recruit it: its role or a constraint stands against it, or it is unavailable."""
 
 
 class OfferBody(BaseModel):
@@ -80,12 +83,47 @@ class PartBody(BaseModel):
     conversation: str = Field(description="the id of the conversations with those who were called")
     bids: tuple[BidBody, ...] = ()
 
-    def offers(self) -> Mapping[str, Offer]:
+    def offers(self, *, of_busy: Collection[str] = ()) -> Mapping[str, Offer]:
+        """The bids that may be awarded, by robot. :param of_busy: robots whose bids count though missions need them."""
         return {
             bid.robot: bid.offer.offer()
             for bid in self.bids
-            if bid.state is BidState.OFFERED and bid.offer is not None
+            if bid.offer is not None
+            and (bid.state is BidState.OFFERED or (bid.state is BidState.BUSY and bid.robot in of_busy))
         }
+
+    @property
+    def is_unheard(self) -> bool:
+        """True if the robot that the first plan has for it has not answered, or takes no calls."""
+        return any(
+            bid.robot == self.robot and bid.state in (BidState.SILENT, BidState.UNCALLED) for bid in self.bids
+        )
+
+
+_NOT_RECRUITED = (BidState.DECLINED, BidState.BUSY, BidState.WITHHELD)
+SAVED_S = 10.0
+"""How much cheaper busy robots must make the dearest leg, at least, for a goal to wait for them (our choice)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Postponement:
+    """Busy robots with which the dearest of a goal's legs is cheaper than without, though their missions come first.
+
+    :param robots: by name, from now until each is free, by its bid, seconds.
+    :param price_s: of the dearest leg with them. :param otherwise_s: without; None: too few robots bid for some leg.
+    """
+
+    robots: Mapping[str, float]
+    price_s: float
+    otherwise_s: float | None
+
+    def __str__(self) -> str:
+        names = joined(sorted(self.robots), last="and")
+        asks = "asks" if len(self.robots) == 1 else "ask"
+        free = "too few robots that are free bid"
+        if self.otherwise_s is not None:
+            free = f"robots that are free ask {self.otherwise_s:.0f} s"
+        return f"{names} {asks} {self.price_s:.0f} s, {free}"
 
 
 class LegBody(BaseModel):
@@ -104,18 +142,16 @@ class LegBody(BaseModel):
     )
     is_planned: bool | None = Field(default=None, description="whether the plan has its team do it")
 
-    def tendered(self) -> TenderedLeg:
-        return without(TenderedLeg(id=self.id, parts=[part.offers() for part in self.parts]), self.failed)
+    def tendered(self, *, of_busy: Collection[str] = ()) -> TenderedLeg:
+        parts = [part.offers(of_busy=of_busy) for part in self.parts]
+        return without(TenderedLeg(id=self.id, parts=parts), self.failed)
 
     def candidates(self, robots: Collection[str]) -> frozenset[str]:
         """Who may be recruited for it: its team or, where nobody bids enough, who has not declined a part."""
         if self.team:
             return frozenset(self.team)
         declined = frozenset[str](robots).intersection(
-            *(
-                {bid.robot for bid in part.bids if bid.state in (BidState.DECLINED, BidState.WITHHELD)}
-                for part in self.parts
-            )
+            *({bid.robot for bid in part.bids if bid.state in _NOT_RECRUITED} for part in self.parts)
         )
         return frozenset(robots) - declined - set(self.failed)
 
@@ -124,12 +160,15 @@ class TenderBody(BaseModel):
     """A goal's tender (FIPA SC00029): the bids for the legs of its first plan, and the awards.
 
     :param attempt: the planning attempt of the goal that it belongs to.
+    :param waits_until_s: by busy robot that the goal has been waiting for, until when it waits at the longest, seconds
+        of the world's clock.
     """
 
     state: str = TenderState.CALLED.value
     reason: str = Field(default="", description="why the goal is planned without awards; empty if it is not")
     attempt: int = 0
     legs: tuple[LegBody, ...] = ()
+    waits_until_s: Mapping[str, float] = Field(default_factory=dict)
 
     @property
     def conversations(self) -> tuple[str, ...]:
@@ -176,6 +215,30 @@ class TenderBody(BaseModel):
         )
         return self.model_copy(update={"legs": legs})
 
+    def postponement(self, *, impatient: Collection[str] = ()) -> Postponement | None:
+        """The busy robots that are worth waiting for; None if there are none.
+
+        Nobody is waited for where a first plan's robot has not answered: how soon it would be done is not known.
+
+        :param impatient: robots that are not waited for any longer.
+        """
+        busy = {
+            bid.robot: bid.offer.release_s
+            for leg in self.legs
+            for part in leg.parts
+            for bid in part.bids
+            if bid.state is BidState.BUSY and bid.offer is not None and bid.robot not in impatient
+        }
+        if not busy or any(part.is_unheard for leg in self.legs for part in leg.parts):
+            return None
+        now = allocate([leg.tendered() for leg in self.legs])
+        later = allocate([leg.tendered(of_busy=busy) for leg in self.legs])
+        wanted = {robot: busy[robot] for award in later.values() for robot in award.team if robot in busy}
+        price_s, otherwise_s = (_dearest_s(awards, len(self.legs)) for awards in (later, now))
+        if not wanted or price_s is None or (otherwise_s is not None and otherwise_s < price_s + SAVED_S):
+            return None
+        return Postponement(robots=wanted, price_s=price_s, otherwise_s=otherwise_s)
+
     def allocated(self) -> "TenderBody":
         """With a team for each leg that enough robots bid for, by a sequential single-item auction."""
         awards = allocate([leg.tendered() for leg in self.legs])
@@ -216,6 +279,11 @@ class TenderBody(BaseModel):
             for leg in self.legs
         )
         return self.model_copy(update={"legs": legs})
+
+
+def _dearest_s(awards: Mapping[str, Award], legs: int) -> float | None:
+    """The price of the dearest leg; None if not all are awarded."""
+    return max((award.price_s for award in awards.values()), default=0.0) if len(awards) == legs else None
 
 
 def _awarded(leg: LegBody, award: Award | None) -> LegBody:

@@ -90,7 +90,16 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             if goal.waits_for != before:
                 self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
             return None
-        task = self._task(session, goal, self._expired(session, goal))
+        built = self._problems.build(session, goal)
+        if is_called and self._tenders is not None:
+            tender = self._tenders.close(session, goal, built)
+            goal.tender = tender.model_dump(mode="json")
+            if tender.state == TenderState.POSTPONED:
+                goal.releases_seen = built.releases
+                self._tenders.release(session, goal)
+                self._wait(session, goal, self._tenders.blockers(tender, built))
+                return None
+        task = self._task(goal, built, self._expired(session, goal))
         goal_lifecycle.begin_planning(goal)
         goal.planned_by = current_workflow()
         self._events.append(session, GoalPlanningBegan(subject=goal.id))
@@ -105,14 +114,13 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return tuple(f"the end of mission {one}" for one in session.scalars(query.order_by(MissionRow.id)))
 
     def renew(self, session: Session, subject: GoalRow, task: PlanningTask) -> PlanningTask:
-        return self._task(session, subject, task.replaces)
+        return self._task(subject, self._problems.build(session, subject), task.replaces)
 
-    def _task(self, session: Session, goal: GoalRow, expired: ReplacedPlan | None) -> PlanningTask:
-        built = self._problems.build(session, goal)
+    def _task(self, goal: GoalRow, built: GoalProblem, expired: ReplacedPlan | None) -> PlanningTask:
         goal.releases_seen = built.releases
         request = self._limits.request(PlanningWish.from_json(goal.limits))
         if self._tenders is not None and goal.allocation == Allocation.CONTRACT_NET:
-            return self._tendered(session, goal, built, request, self._tenders)
+            return self._tendered(goal, built, request, self._tenders)
         if expired is None:
             work: PlanWork | RepairWork = PlanWork(problem=built.problem, request=request)
         else:
@@ -124,22 +132,15 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             )
         return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s, replaces=expired)
 
+    @staticmethod
     def _tendered(
-        self,
-        session: Session,
-        goal: GoalRow,
-        built: GoalProblem,
-        request: PlanningRequest,
-        tenders: Tenders,
+        goal: GoalRow, built: GoalProblem, request: PlanningRequest, tenders: Tenders
     ) -> PlanningTask:
         """The goal's first plan, which is not improved, or the plan with what robots have bid."""
         tender = tender_of(goal)
         if tender is None:
             request = replace(request, effort_s=0.0)
         else:
-            if tender.state == TenderState.CALLED:
-                tender = tenders.close(session, goal, built)
-                goal.tender = tender.model_dump(mode="json")
             built = replace(
                 built, problem=replace(built.problem, recruits=tenders.recruits(tender, goal.world, built))
             )
@@ -147,7 +148,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s)
 
     def _forget_tender(self, session: Session, goal: GoalRow) -> None:
-        if self._tenders is not None and goal.tender is not None:
+        is_postponed = goal.tender is not None and goal.tender["state"] == TenderState.POSTPONED
+        if self._tenders is not None and goal.tender is not None and not is_postponed:
             self._tenders.release(session, goal)
             goal.tender = None
 
@@ -163,13 +165,16 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             self._propose(session, goal, task, result.answer[0])
         elif blockers := result.waits_for or _declining(tender, result.status):
             self._forget_tender(session, goal)
-            goal_lifecycle.wait_for(goal, blockers)
-            self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
-            self._waiting.look_again(session, goal)
+            self._wait(session, goal, blockers)
         else:
             declines = () if tender is None else tender.declines
             why = "; ".join((result.why, *declines))
             self._unsolvable(session, goal, result.status, task.problem.constraints.explaining(why))
+
+    def _wait(self, session: Session, goal: GoalRow, blockers: Blockers) -> None:
+        goal_lifecycle.wait_for(goal, blockers)
+        self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
+        self._waiting.look_again(session, goal)
 
     def _goes_on(
         self, session: Session, goal: GoalRow, task: PlanningTask, result: WorkResult[Solutions]

@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session
 
 from app.agents.speech import SpeechService, in_order
 from app.core import Core
+from app.domain.blockers import Blockers
 from app.domain.errors import Conflict
 from app.domain.events import GoalBidsCalled
 from app.domain.ids import new_id
@@ -29,8 +30,9 @@ from app.planning.problem_builder import GoalProblem
 from app.planning.proposals import plan_row
 from app.planning.requests import PlanningRequests
 from app.store import ConversationRow, GoalRow, MissionRow
-from planner import Fact, PlanNet
+from planner import Fact, PlanNet, PlanningProblem
 from planner.explanation.legs import PlanLeg, legs_in
+from robots.clock import Clock
 from robots.social import Term, parse_term
 from robots.social.legs import AWARD, REJECT
 from robots.social.protocols import ContractNetState
@@ -42,6 +44,8 @@ AGAIN = "awards"
 """The opener of calls for legs that the caller has decided on: their bids are accepted at once."""
 MOST_CALLS = 2000
 """Calls of one tender; goals whose plans ask for more are planned without (our choice)."""
+LEAST_PATIENCE_S = 30.0
+"""How long a goal waits for a busy bidder at the longest, if its bid says that it is free soon (our choice)."""
 LAST_WORD_S = 5.0
 """How long after a mission's end its robots have to say how their legs have ended (wall clock)."""
 
@@ -55,10 +59,12 @@ class Tenders:
         *,
         speech: SpeechService,
         worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
         calls: LegCalls,
         requests: PlanningRequests,
     ) -> None:
         self._core = core
+        self._clocks = clocks
         self._speech = speech
         self._worlds = worlds
         self._calls = calls
@@ -69,7 +75,7 @@ class Tenders:
     def call(self, session: Session, goal: GoalRow, net: PlanNet, built: GoalProblem) -> TenderBody:
         """Call all robots of the goal's world for the legs of its first plan; nobody, if there is nothing to award."""
         legs = self._legs(net, built)
-        tender = TenderBody(attempt=goal.attempts)
+        tender = TenderBody(attempt=goal.attempts, waits_until_s=_waits_until_s(goal))
         calls = sum(len(leg.team) for leg in legs) * len(self._worlds[goal.world].robots)
         if calls > MOST_CALLS:
             why = f"its legs would take {calls} calls, of which {MOST_CALLS} are made at most"
@@ -139,7 +145,7 @@ class Tenders:
         )
 
     def close(self, session: Session, goal: GoalRow, built: GoalProblem) -> TenderBody:
-        """The tender with what was bid, and the awards."""
+        """The tender with what was bid, and the awards; postponed if busy robots are worth waiting for."""
         tender = tender_of(goal)
         assert tender is not None
         bids = {
@@ -148,6 +154,13 @@ class Tenders:
             for part in leg.parts
         }
         tender = tender.with_bids(bids)
+        now_s = self._clocks[goal.world].now_s()
+        impatient = {robot for robot, until_s in tender.waits_until_s.items() if until_s <= now_s}
+        if (postponed := tender.postponement(impatient=impatient)) is not None:
+            until_s = {robot: now_s + _patience_s(release_s) for robot, release_s in postponed.robots.items()}
+            tender.waits_until_s = {**until_s, **tender.waits_until_s}
+            tender_lifecycle.postpone(tender, str(postponed))
+            return tender
         if not tender.has_bids and not _some_decline(tender):
             heard = [bid for leg in tender.legs for part in leg.parts for bid in part.bids]
             why = "no robot has answered the calls in time"
@@ -158,6 +171,15 @@ class Tenders:
         tender = tender.allocated()
         tender_lifecycle.award(tender)
         return tender
+
+    def blockers(self, tender: TenderBody, built: GoalProblem) -> Blockers:
+        """What a postponed tender's goal waits for: the missions that need its best bidders."""
+        missions = tuple(
+            f"{mission}: {tender.reason}"
+            for mission, reserved in built.withheld.missions.items()
+            if not reserved.robots.isdisjoint(tender.waits_until_s)
+        )
+        return Blockers(missions=missions, until_s=max(tender.waits_until_s.values()))
 
     def recruits(self, tender: TenderBody, world: str, built: GoalProblem) -> Mapping[Fact, frozenset[str]]:
         """By goal, who may be recruited for it."""
@@ -290,20 +312,20 @@ class Tenders:
             for row in session.scalars(select(ConversationRow).where(ConversationRow.id == part.conversation))
         }
         return [
-            _bid(robot.name, rows.get(robot.name), self._withheld(robot.name, part, built))
+            _bid(robot.name, rows.get(robot.name), *self._standing(robot.name, part, built))
             for robot in self._worlds[world].robots
         ]
 
-    def _withheld(self, robot: str, part: PartBody, built: GoalProblem) -> str:
-        """Why planning does not recruit the robot for the part; empty if it does."""
-        able = {
-            fact.args[1] for fact in built.problem.facts if fact.predicate == CAN and fact.args[0] == robot
-        }
-        if able.issuperset(part.tags):
-            return ""
-        return built.withheld.robots.get(
-            robot, "a mission, its constraints or its repertoire stand against it"
-        )
+    def _standing(self, robot: str, part: PartBody, built: GoalProblem) -> tuple[BidState, str]:
+        """What the robot's bid for the part counts, and why it is not awarded; empty if it may be."""
+        if _abilities(robot, built.problem).issuperset(part.tags):
+            return BidState.OFFERED, ""
+        if (unavailable := built.withheld.robots.get(robot)) is not None:
+            return BidState.WITHHELD, unavailable
+        if _abilities(robot, built.withheld.whole).issuperset(part.tags):
+            needs = [mission for mission, held in built.withheld.missions.items() if robot in held.robots]
+            return BidState.BUSY, " and ".join(needs)
+        return BidState.WITHHELD, "its repertoire or a constraint stands against it"
 
     def _accept(self, session: Session, row: ConversationRow, leg: str, mission: MissionRow) -> None:
         award = Term(AWARD, (leg, script_id(mission.id, row.robot, mission.revision)))
@@ -355,11 +377,12 @@ class Tenders:
 
 
 def tender_of(goal: GoalRow) -> TenderBody | None:
-    """The goal's tender; None if it has none, or one of an earlier attempt."""
+    """The goal's tender; None if it has none, one of an earlier attempt, or one that was postponed."""
     if goal.tender is None:
         return None
     tender = TenderBody.model_validate(goal.tender)
-    return tender if tender.attempt == goal.attempts else None
+    is_current = tender.attempt == goal.attempts and tender.state != TenderState.POSTPONED
+    return tender if is_current else None
 
 
 def _some_decline(tender: TenderBody) -> bool:
@@ -368,7 +391,26 @@ def _some_decline(tender: TenderBody) -> bool:
     )
 
 
-def _bid(robot: str, row: ConversationRow | None, withheld: str) -> BidBody:
+def _waits_until_s(goal: GoalRow) -> Mapping[str, float]:
+    """What the goal's postponed tender of the same attempt says of the robots that it waits for; {} if it has none."""
+    tender = None if goal.tender is None else TenderBody.model_validate(goal.tender)
+    return {} if tender is None or tender.attempt != goal.attempts else tender.waits_until_s
+
+
+def _patience_s(release_s: float) -> float:
+    """How long a busy robot is waited for: half as long again as it bids at most, or `LEAST_PATIENCE_S`."""
+    return max(LEAST_PATIENCE_S, 1.5 * release_s)
+
+
+def _abilities(robot: str, problem: PlanningProblem) -> frozenset[str]:
+    """The tags of the packets for which the problem has the robot."""
+    return frozenset(
+        fact.args[1] for fact in problem.facts if fact.predicate == CAN and fact.args[0] == robot
+    )
+
+
+def _bid(robot: str, row: ConversationRow | None, standing: BidState, why: str) -> BidBody:
+    """:param standing: of its offer, if it makes one. :param why: not awarded."""
     if row is None:
         return BidBody(robot=robot, state=BidState.UNCALLED, reason="it does not speak bids")
     offer, reason = offer_in(row)
@@ -378,8 +420,7 @@ def _bid(robot: str, row: ConversationRow | None, withheld: str) -> BidBody:
             return BidBody(robot=robot, state=BidState.DECLINED, reason=reason, declining=declining)
         return BidBody(robot=robot, state=BidState.SILENT, reason=reason)
     made = OfferBody.model_validate(offer)
-    state = BidState.WITHHELD if withheld else BidState.OFFERED
-    return BidBody(robot=robot, state=state, offer=made, reason=withheld)
+    return BidBody(robot=robot, state=standing, offer=made, reason=why)
 
 
 def _leg_of(row: ConversationRow) -> str:

@@ -8,6 +8,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.blockers import Blockers
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import GoalWaiting
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
@@ -15,8 +16,12 @@ from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.recovery import RecoveryStep, note_blockers, waits_for
 from app.store import GoalRow, MissionRow, WorldRow
+from app.store.world_summary import summary_of
 from app.workflows import PLAN_WAITING, WAITING, current_workflow, step
+from robots.clock import Clock
 
+LOOK_S = 5.0
+"""Wall-clock seconds between two looks at goals that have waited as long as they are to."""
 GOALS_PER_WORKFLOW = 25
 """Goals after which a new workflow continues, so that the waiting goals of other worlds have their turn."""
 
@@ -25,10 +30,17 @@ class WaitingGoals:
     """Has goals in `waiting` planned again when something in their world becomes free.
 
     Releases in a world are counted (`WorldRow.releases`). A goal stores the count at its last planning, so that it is
-    planned again only after another release.
+    planned again only after another release. The end of the time for which a goal waits (`Blockers.until_s`) counts as
+    one.
     """
 
-    def __init__(self, core: Core) -> None:
+    def __init__(
+        self, core: Core, *, clocks: Mapping[str, Clock], wall_clock: WallClock = SYSTEM_CLOCK
+    ) -> None:
+        """:param clocks: the worlds' clocks by the world's name."""
+        self._clocks = clocks
+        self._wall_clock = wall_clock
+        self._looked_at_s: dict[str, float] = {}
         self._database = core.database
         self._events = core.events
         self._facts = core.facts
@@ -48,7 +60,10 @@ class WaitingGoals:
             self._new_reasons[world, robot] = why
 
     def handle_availability(self, world: str) -> None:
-        """Plan waiting goals again if a robot of the world became available; update the reasons of waiting ones."""
+        """Plan waiting goals again if a robot of the world became available, or one has waited as long as it is to;
+        update the reasons of waiting ones.
+        """
+        self._end_waits(world)
         with self._lock:
             reasons = {key: why for key, why in self._new_reasons.items() if key[0] == world}
             for key in reasons:
@@ -68,6 +83,30 @@ class WaitingGoals:
                 if has_available:
                     self._has_available.add(world)
             raise
+
+    def _end_waits(self, world: str) -> None:
+        """Count a release if the time is over for which a goal waits."""
+        now_s = self._wall_clock.monotonic_s()
+        if now_s < self._looked_at_s.get(world, -LOOK_S) + LOOK_S:
+            return
+        with self._database.read() as session:
+            is_over = self._has_waited(session, world)
+        if is_over:
+            with self._database.write() as session:
+                if self._has_waited(session, world):
+                    self.release(session, world)
+        self._looked_at_s[world] = now_s
+
+    def _has_waited(self, session: Session, world: str) -> bool:
+        """Whether the time is over for a goal that no release has had planned again."""
+        releases = summary_of(session, world).releases
+        waiting = [
+            Blockers.from_json(goal.waits_for).until_s
+            for goal in session.scalars(_waiting_goals(world))
+            if goal.waits_for is not None and goal.releases_seen == releases
+        ]
+        until_s = min((one for one in waiting if one is not None), default=None)
+        return until_s is not None and until_s <= self._clocks[world].now_s()
 
     def _waits_for_any(self, world: str, robots: Collection[str]) -> bool:
         with self._database.read() as session:

@@ -19,15 +19,18 @@ class TenderState(StrEnum):
     """Legs go to bidders, and the goal is planned with these."""
     CENTRAL = "central"
     """The goal is planned without awards. The reason says why."""
+    POSTPONED = "postponed"
+    """Robots that missions still need are the best bidders: the goal waits for them, and all are called again."""
 
 
 _TRANSITIONS: Mapping[TenderState, tuple[TenderState, ...]] = {
-    TenderState.CALLED: (TenderState.AWARDED, TenderState.CENTRAL),
+    TenderState.CALLED: (TenderState.AWARDED, TenderState.CENTRAL, TenderState.POSTPONED),
     TenderState.AWARDED: (
         TenderState.AWARDED,  # failed legs go to the next best bidders
         TenderState.CENTRAL,  # no plan keeps to the awards
     ),
     TenderState.CENTRAL: (),
+    TenderState.POSTPONED: (),
 }
 
 
@@ -45,4 +48,10 @@ def award(tender: Tender) -> None:
 def plan_centrally(tender: Tender, reason: str) -> None:
     """Have the goal planned without awards."""
     change_state(tender, TenderState.CENTRAL, _TRANSITIONS, what="tender")
+    tender.reason = reason
+
+
+def postpone(tender: Tender, reason: str) -> None:
+    """Have the goal wait until its best bidders are free."""
+    change_state(tender, TenderState.POSTPONED, _TRANSITIONS, what="tender")
     tender.reason = reason

@@ -52,6 +52,48 @@ def test_what_planning_does_not_recruit_is_listed_and_not_awarded() -> None:
     assert tender(leg("leg_1", withheld, offered("rose", 50))).legs[0].team == ("rose",)
 
 
+def busy(robot: str, cost_s: float, release_s: float = 5.0) -> BidBody:
+    bid = offered(robot, cost_s)
+    assert bid.offer is not None
+    offer = bid.offer.model_copy(update={"release_s": release_s, "way_s": cost_s - release_s - 10.0})
+    return bid.model_copy(update={"state": BidState.BUSY, "offer": offer})
+
+
+def test_a_busy_robot_is_awarded_nothing_and_waited_for_if_that_saves_enough() -> None:
+    made = tender(leg("leg_1", busy("fred", 40), offered("rose", 51)))
+    assert made.legs[0].team == ("rose",)
+    postponement = made.postponement()
+    assert postponement is not None
+    assert postponement.robots == {"fred": 5.0}
+    assert str(postponement) == "fred asks 40 s, robots that are free ask 51 s"
+    assert tender(leg("leg_1", busy("fred", 42), offered("rose", 51))).postponement() is None
+    assert made.postponement(impatient=("fred",)) is None
+
+
+def test_a_busy_robot_is_waited_for_where_too_few_others_bid() -> None:
+    made = tender(leg("leg_1", busy("fred", 40), other("rose", BidState.DECLINED)))
+    assert str(made.postponement()) == "fred asks 40 s, too few robots that are free bid"
+    assert made.recruits(ROBOTS) == {FIRST: frozenset({"ginger"})}
+
+
+def test_nobody_is_waited_for_if_a_leg_stays_without_a_team() -> None:
+    assert tender(leg("leg_1", busy("fred", 40)), leg("leg_2", goal=SECOND)).postponement() is None
+
+
+def test_nobody_is_waited_for_if_the_first_plans_robot_has_not_answered() -> None:
+    made = tender(leg("leg_1", other("fred", BidState.SILENT), busy("ginger", 40)))
+    assert made.postponement() is None
+
+
+def test_the_dearest_leg_decides_whether_a_busy_robot_is_waited_for() -> None:
+    first = leg("leg_1", busy("ginger", 40), offered("rose", 100))
+    second = leg("leg_2", offered("rose", 100), goal=SECOND)
+    postponement = tender(first, second).postponement()
+    assert postponement is not None, "rose would do one leg after the other"
+    assert (postponement.price_s, postponement.otherwise_s) == (100.0, 200.0)
+    assert tender(first, leg("leg_2", offered("fred", 300), goal=SECOND)).postponement() is None
+
+
 def test_a_leg_at_which_its_robot_failed_goes_to_the_next_best_and_the_others_stay() -> None:
     both = (offered("fred", 30), offered("ginger", 20))
     made = tender(leg("leg_1", *both), leg("leg_2", offered("ginger", 25), offered("rose", 90), goal=SECOND))

@@ -109,13 +109,15 @@ class MissionServices:
         clocks = {WORLD: clock}
         files = WorldDirectory(self.database, {WORLD: store.world})
         self.board = RobotBoard.of(files, clocks=clocks, low_battery=0.1)
-        self.waiting = WaitingGoals(self.core)
+        self.waiting = WaitingGoals(self.core, clocks=clocks, wall_clock=wall_clock)
         requests = PlanningRequests(self.core, clocks=clocks)
         self.tenders: Tenders | None = None
         if speech is not None:
             spoken = speech(self.core)
             calls = LegCalls(self.core, speech=spoken, library=library)
-            self.tenders = Tenders(self.core, speech=spoken, worlds=files, calls=calls, requests=requests)
+            self.tenders = Tenders(
+                self.core, speech=spoken, worlds=files, clocks=clocks, calls=calls, requests=requests
+            )
         self.plans = PlanApproval(
             self.core, margin=Margin(), requests=requests, worlds=files, tenders=self.tenders
         )

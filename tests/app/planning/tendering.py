@@ -37,6 +37,9 @@ class Tendering:
         self.store = Store(world)
         self.database_url = database_url
         self.simulation = Simulation(world, make_agent=behavioural_agent, seed=seed, jitter_m=0.0)
+        self.clock = ManualClock()
+        """By which the service plans."""
+        self.wall_clock = SteppedClock()
         self.heard: dict[str, tuple[str, str]] = {}
         """What robots were told, by the message: the robot, and the performative."""
         self.services = self._start()
@@ -48,8 +51,8 @@ class Tendering:
             store=self.store,
             plan_net=self.store.store_sample_1(),
             library=load_library(self.store.base),
-            clock=ManualClock(),
-            wall_clock=SteppedClock(),
+            clock=self.clock,
+            wall_clock=self.wall_clock,
             silent={},
             worker=self._worker,
             speech=self._speech,

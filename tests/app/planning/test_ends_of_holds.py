@@ -28,7 +28,7 @@ class Holder:
     def __init__(self, database: Database, clock: SteppedClock) -> None:
         self.record = StoreRecord(database, unavailable=lambda _: {})
         self.world_clock = self.record.clocks[WORLD]
-        self.waiting = WaitingGoals(self.record.core)
+        self.waiting = WaitingGoals(self.record.core, clocks=self.record.clocks)
         self.holds = HoldService(
             self.record.core,
             worlds=WorldDirectory(database, {WORLD: STORE.world}),

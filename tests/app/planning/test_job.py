@@ -111,7 +111,7 @@ def planning(record: StoreRecord, worker: InterruptedWorker) -> GoalPlanningJob:
         record.core,
         problems=record.problems,
         proposals=Proposals(record.core, clocks=record.clocks),
-        waiting=WaitingGoals(record.core),
+        waiting=WaitingGoals(record.core, clocks=record.clocks),
         worker=worker,
         limits=PlanningLimits(),
         approval=None,  # type: ignore[arg-type]  # no goal here is approved
@@ -283,7 +283,7 @@ def plan_waiting_goals(record: StoreRecord, workflow: str, plan: Callable[[str],
 
     def run() -> None:
         CURRENT_RUN.set(Run(workflow))
-        WaitingGoals(record.core).run(WORLD, plan=plan)
+        WaitingGoals(record.core, clocks=record.clocks).run(WORLD, plan=plan)
 
     with suppress(Interrupted):
         copy_context().run(run)

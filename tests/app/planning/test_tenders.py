@@ -6,7 +6,7 @@ import pytest
 
 from app.agents.speech import end_with_robots
 from app.domain.tender_document import BidState, LegBody
-from app.store import ConversationRow, EventRow, MissionRow
+from app.store import ConversationRow, EventRow, GoalRow, MissionRow, WorldRow
 from planner import UNOBSERVED, Observer, PlanningProblem, PlanningRequest, PlanningResult
 from robots.executive.executive import Executive
 from robots.social import parse_term
@@ -15,6 +15,7 @@ from tests.app.missions.mission_services import WORLD
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.planning.tendering import GOAL, Tendering
 
+NEXT = "goal-2"
 STORED = "in(sample_1, bay_7)"
 EVERYONE = ("yard_1", "yard_2", "store_1", "store_2")
 Tender = Callable[[WorldFile], Tendering]
@@ -179,6 +180,65 @@ def test_a_goal_whose_leg_all_decline_waits_until_one_can_do_it(among: Tender, w
     tendering.services.plan_once(GOAL)
     tendering.run(1.0)
     assert tendering.services.plan_once(GOAL).state == "planned"
+
+
+@pytest.fixture
+def busy(among: Tender, world_file: WorldFile) -> Tendering:
+    """yard_1 carries out a mission; yard_2 would have to charge after another."""
+    world = changed(world_file, "yard_2", battery=0.2).model_dump()
+    at_door = {"name": "sample_2", "at": "door_2"}
+    world["samples"] = [at_door if one["name"] == "sample_2" else one for one in world["samples"]]
+    tendering = among(WorldFile.model_validate(world))
+    tendering.plan("in(sample_1, interchange_2)")
+    tendering.give(tendering.services.scripts(tendering.approve()))
+    tendering.run(20.0)
+    tendering.submit("in(sample_2, interchange_1)", id=NEXT)
+    tendering.run(1.0)
+    assert tendering.services.plan_once(NEXT).state == "waiting"
+    return tendering
+
+
+def plan_next(tendering: Tendering) -> GoalRow:
+    """Have robots called for the waiting goal again; the goal."""
+    assert tendering.services.plan_once(NEXT).state == "planning"
+    tendering.run(1.0)
+    return tendering.services.plan_once(NEXT)
+
+
+def team_of_next(tendering: Tendering) -> tuple[str, ...]:
+    plan = tendering.services.plans.get(tendering.goal(NEXT).plan_id or "").body
+    return tuple(plan["tender"]["legs"][0]["team"])
+
+
+def releases(tendering: Tendering) -> int:
+    tendering.services.waiting.handle_availability(WORLD)
+    return tendering.services.read(lambda session: session.get_one(WorldRow, WORLD).releases)  # type: ignore[no-any-return]
+
+
+def test_a_goal_waits_for_a_busy_robot_that_bids_less_than_those_that_are_free(busy: Tendering) -> None:
+    goal = busy.goal(NEXT)
+    assert goal.reason.startswith("waits for mission mission-")
+    assert goal.reason.endswith("yard_1: yard_1 asks 44 s, robots that are free ask 382 s")
+    busy.run(40.0)
+    assert {row.state for row in busy.conversations(about=NEXT)} == {"rejected", "refused"}
+    with busy.services.database.write() as session:
+        session.query(MissionRow).one().state = "completed"
+    assert plan_next(busy).state == "planned"
+    assert team_of_next(busy) == ("yard_1",)
+
+
+def test_a_goal_whose_busy_robot_is_not_free_in_time_is_planned_without_it(busy: Tendering) -> None:
+    before = releases(busy)
+    busy.clock.advance(29.0)
+    busy.wall_clock.advance(60.0)
+    assert releases(busy) == before
+    assert plan_next(busy).state == "waiting", "another release does not end the wait"
+    busy.clock.advance(2.0)
+    busy.wall_clock.advance(60.0)
+    assert releases(busy) == before + 1
+    assert releases(busy) == before + 1, "it is looked at again after some time only"
+    assert plan_next(busy).state == "planned"
+    assert team_of_next(busy) == ("yard_2",)
 
 
 def test_a_goal_whose_leg_no_robot_is_able_to_do_has_no_plan(

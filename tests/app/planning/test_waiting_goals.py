@@ -85,7 +85,7 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_pat
     database = Database(f"sqlite:///{tmp_path / 'many.sqlite'}")
     migrate(database)
     workflows = Workflows(database.url)
-    goals, planned = WaitingGoals(core_of(database, workflows)), SimpleQueue[str]()
+    goals, planned = WaitingGoals(core_of(database, workflows), clocks={}), SimpleQueue[str]()
 
     def plan(goal_id: str) -> None:
         with database.write() as session:
@@ -115,7 +115,7 @@ def test_an_available_robot_is_not_forgotten_while_the_database_is_away_or_anoth
     with database.write() as session:
         session.add(WorldRow(id="lab", title="Lab", layout={}, releases=0))
     workflows = Workflows(database.url)
-    goals = WaitingGoals(core_of(database, workflows))
+    goals = WaitingGoals(core_of(database, workflows), clocks={})
     write = database.write
 
     def away() -> AbstractContextManager[Session]:
