@@ -2,10 +2,12 @@
 
     uv run python -m benchmarks.throughput [ROUNDS] [SERVER]
 
-Each round states a goal for each of the store's four samples at once. Proposed: until each has a plan to decide on.
-Finished: approved automatically, organised, dispatched, carried out and reported, until each is over. On SQLite and
-on a database of the server. Beside that what a goal costs, which other load changes less: CPU milliseconds of the
-service's process, with the benchmark's client and robots, and of the planning processes, and SQL statements.
+A round has a goal for each of the store's four samples. Proposed: until each has a plan to decide on; goals of
+IN_FLIGHT streams are open at a time. Finished: approved automatically, organised, dispatched, carried out and reported,
+until each is over; a sample's next goal is stated when the one before is over, so that four are open at a time and
+compete for the robots. On SQLite and on a database of the server. Beside that what a goal costs, which other load
+changes less: CPU milliseconds of the service's process, with the benchmark's client and robots, and of the planning
+processes, and SQL statements.
 """
 
 import os
@@ -13,7 +15,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +27,7 @@ from app.composition import RunningWorld, Service, make_engine
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.process_tree import tree_of
 from app.settings import Settings
+from app.store.event_log import EventLog
 from benchmarks.databases import SERVER, database_on
 from benchmarks.processes import cpu_s
 from robots.clock import ManualClock
@@ -46,8 +49,8 @@ TOKEN = "a-token-of-the-benchmark"
 SAMPLES, BAYS = 4, 12
 GIVE_UP_S = 300.0
 RECEIVE_S = 0.02
-LOOK_S = 0.1
-"""Pause between two looks at the open goals: more of them would be measured, too."""
+IN_FLIGHT = 8
+"""Streams of goals that only get a plan, each stated when the one before has its plan."""
 REPEAT_S = 2.0
 """Wall-clock seconds after which a report without a receipt is sent again."""
 
@@ -124,16 +127,18 @@ class Instant:
         return answer
 
 
-def through(api: TestClient, rounds: Sequence[int], *, finished: bool) -> Throughput:
-    """Put goals through, until they have a plan or until they are finished.
+def through(
+    api: TestClient, events: EventLog, streams: Collection[Sequence[str]], *, finished: bool
+) -> Throughput:
+    """Put streams of goals through, each once the one before in its stream has a plan, or is over.
 
-    :raises TimeoutError: if a round takes too long.
+    :param finished: until they are over. :raises TimeoutError: if nothing happens for too long.
     """
     began_s = time.perf_counter()
     service_s, planning_s = time.process_time(), _children_s()
     with counted_statements() as statements:
-        _put_through(api, rounds, finished=finished)
-    goals = len(rounds) * SAMPLES
+        _put_through(api, events, streams, finished=finished)
+    goals = sum(map(len, streams))
     return Throughput(
         a_second=goals / (time.perf_counter() - began_s),
         service_ms=1000 * (time.process_time() - service_s) / goals,
@@ -161,23 +166,46 @@ def counted_statements() -> Iterator[Sequence[None]]:
         event.remove(Engine, "before_cursor_execute", count)
 
 
-def _put_through(api: TestClient, rounds: Sequence[int], *, finished: bool) -> None:
-    for number in rounds:
-        bays = [(number * SAMPLES + sample) % BAYS + 1 for sample in range(SAMPLES)]
-        texts = [f"move sample_{sample + 1} to bay_{bay}" for sample, bay in enumerate(bays)]
-        wishes = [{"text": text, "auto_approve": finished} for text in texts]
-        goals = [api.post("/v1/goals", json=wish).raise_for_status().json()["id"] for wish in wishes]
-        await_all(api, goals, "finished" if finished else "planned")
+def _put_through(
+    api: TestClient, events: EventLog, streams: Collection[Sequence[str]], *, finished: bool
+) -> None:
+    passed = "goal.finished" if finished else "goal.planned"
+    seen = events.last()
+    left = [iter(stream) for stream in streams]
+    open_goals: dict[str, Iterator[str]] = {}
+
+    def state_next(stream: Iterator[str]) -> None:
+        for text in stream:
+            wish = {"text": text, "auto_approve": finished}
+            open_goals[api.post("/v1/goals", json=wish).raise_for_status().json()["id"]] = stream
+            return
+
+    for stream in left:
+        state_next(stream)
+    generation = events.generation
+    while open_goals:
+        now = events.wait(generation, GIVE_UP_S)
+        if now == generation:
+            raise TimeoutError(f"nothing has happened for {GIVE_UP_S:.0f} s; open: {', '.join(open_goals)}")
+        generation = now
+        for one in events.since(seen):
+            seen = one.seq
+            if one.type == passed and one.subject in open_goals:
+                state_next(open_goals.pop(one.subject))
+            elif one.type == "goal.unsolvable":
+                raise RuntimeError(f"{one.subject}: {one.data['reason']}")
 
 
-def await_all(api: TestClient, goals: Sequence[str], state: str) -> None:
-    give_up = time.monotonic() + GIVE_UP_S
-    # One after the other: a request costs as much as a part of the service's work for a goal.
-    for goal in goals:
-        while (seen := api.get(f"/v1/goals/{goal}").json())["state"] != state:
-            if time.monotonic() > give_up:
-                raise TimeoutError(f"not {state}: {seen}")
-            time.sleep(LOOK_S)
+def streams_of(rounds: Sequence[int], *, finished: bool) -> Collection[Sequence[str]]:
+    """The goals of some rounds: of each sample in turn, or dealt to `IN_FLIGHT` streams."""
+    of_sample = [
+        [f"move sample_{sample + 1} to bay_{(number * SAMPLES + sample) % BAYS + 1}" for number in rounds]
+        for sample in range(SAMPLES)
+    ]
+    if finished:
+        return of_sample
+    texts = [text for of_round in zip(*of_sample, strict=True) for text in of_round]
+    return [texts[first::IN_FLIGHT] for first in range(IN_FLIGHT)]
 
 
 def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[Throughput, Throughput]:
@@ -192,8 +220,12 @@ def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[Throu
             Service(settings, [world], worker=worker) as service,
             TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api,
         ):
-            done = through(api, range(rounds), finished=True)
-            planned = through(api, range(rounds, 2 * rounds), finished=False)
+            # Not counted: each sample gets a place that no other sample ever goes to.
+            through(api, service.events, streams_of(range(1), finished=True), finished=True)
+            to_the_end = streams_of(range(1, rounds + 1), finished=True)
+            done = through(api, service.events, to_the_end, finished=True)
+            to_a_plan = streams_of(range(rounds + 1, 2 * rounds + 1), finished=False)
+            planned = through(api, service.events, to_a_plan, finished=False)
     return planned, done
 
 
