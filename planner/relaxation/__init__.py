@@ -5,11 +5,9 @@ Operators become rules over literals (`rules`), rules become a network of joins 
 """
 
 from planner.relaxation.closed_zones import closed_zones, without_ways_into
-from planner.relaxation.network import Network
 from planner.relaxation.reachability import Relaxation, is_relaxed_reachable, unreachable_goals
 
 __all__ = [
-    "Network",
     "Relaxation",
     "closed_zones",
     "is_relaxed_reachable",

@@ -1,17 +1,18 @@
-"""A network of binary joins that derives the consequences of rules, cheapest derivation first.
+"""A network of binary joins that derives the consequences of rules.
 
 Rows flow through nodes: a node for each predicate, for each selection of one (constants, types, columns) and
 for each join of two nodes. A join keeps only the columns that are needed further on, so the relations stay
 small where grounding would be large. Nodes are shared between rules.
 
-Facts may be supposed. What rests on the fewest supposed facts, then on the fewest actions, is derived first
-(Knuth's generalisation of Dijkstra's algorithm), so that each row is derived once. Rows that rest on supposed
-facts join by the union of these, which is the least for most but not for all problems.
+`Closure` derives what facts reach. `Derivations` also tells what that rests on; its facts may be supposed. What rests
+on the fewest supposed facts, then on the fewest actions, is derived first (Knuth's generalisation of Dijkstra's
+algorithm), so that each row is derived once. Rows that rest on supposed facts join by the union of these, which is the
+least for most but not for all problems.
 """
 
 import heapq
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import prod
 from operator import itemgetter
 
@@ -34,17 +35,30 @@ class _Selection:
     equal: tuple[tuple[int, int], ...]
     columns: Callable[[Row], Row]
 
+    def place(self, row: Row) -> Place | None:
+        """Where the row goes; None if it does not fit."""
+        fits = all(row[i] in allowed for i, allowed in self.allowed) and all(
+            row[i] == row[j] for i, j in self.equal
+        )
+        return (self.target, self.columns(row)) if fits else None
+
 
 @dataclass(slots=True)
 class _Join:
-    """Rows of two nodes with the same key; columns count through the left row, then the right."""
+    """Rows of two nodes with the same key; columns count through the left row, then the right.
 
+    :param index: among the network's joins.
+    """
+
+    index: int
     target: int
     sources: tuple[int, int]
     keys: tuple[Callable[[Row], Row], Callable[[Row], Row]]
     columns: Callable[[Row], Row]
     unequal: tuple[tuple[int, int], ...]
-    rows: tuple[dict[Row, list[Row]], dict[Row, list[Row]]] = field(default_factory=lambda: ({}, {}))
+
+    def allows(self, both: Row) -> bool:
+        return not self.unequal or all(both[i] != both[j] for i, j in self.unequal)
 
 
 @dataclass(slots=True)
@@ -53,6 +67,10 @@ class _Head:
 
     target: int
     arguments: tuple[int | str, ...]
+
+    def place(self, row: Row) -> Place:
+        """The fact that the row brings about."""
+        return self.target, tuple(row[a] if isinstance(a, int) else a for a in self.arguments)
 
 
 @dataclass(slots=True)
@@ -65,7 +83,7 @@ class _Derivation:
 
 
 class Network:
-    """Rules compiled; `give` facts, `run`, then ask what is reached and what it rests on.
+    """Rules compiled. Nothing in it changes when facts flow through, so that problems with the same objects share it.
 
     :param members: for each type the names of its objects and constants.
     :param types: for each predicate the types of its arguments.
@@ -84,97 +102,21 @@ class Network:
         self._types = types
         self._kept = kept
         self._nodes: dict[Hashable, int] = {}
-        self._consumers: list[list[_Selection | tuple[_Join, int] | _Head]] = []
-        self._reached: dict[Place, _Derivation] = {}
-        self._facts: dict[Place, Fact] = {}
-        self._queue: list[tuple[int, int, int, Place, _Derivation]] = []
+        self.consumers: list[list[_Selection | tuple[_Join, int] | _Head]] = []
+        """By node, what takes its rows; a join with the side on which it takes them."""
+        self.join_count = 0
         self._known: set[Hashable] = set()
-        self._serial = 0
         for rule in rules:
             if rule.head.predicate in kept:
                 self._compile(rule)
+        self._of_predicates = {
+            predicate: (self._node(predicate), _columns(positions)) for predicate, positions in kept.items()
+        }
 
-    def give(self, fact: Fact, *, supposed: bool = False) -> None:
-        """Let the fact hold from the start, as known or as supposed."""
-        place = self._place(fact)
-        if place is not None:
-            self._facts.setdefault(place, fact)
-            self._push(place, _Derivation(frozenset({fact}) if supposed else NOTHING, 0, ()))
-
-    def run(self, until: Iterable[Fact] = ()) -> None:
-        """Derive everything, or stop as soon as all of `until` are reached."""
-        wanted = {place for fact in until if (place := self._place(fact)) is not None}
-        waiting = wanted - self._reached.keys()
-        while self._queue and (waiting or not wanted):
-            *_, place, derivation = heapq.heappop(self._queue)
-            if place not in self._reached:
-                self._reached[place] = derivation
-                waiting.discard(place)
-                self._pass_on(place, derivation)
-
-    def supposed(self, fact: Fact) -> frozenset[Fact] | None:
-        """The supposed facts that the fact rests on; None if it is not reached."""
-        derivation = self._reached.get(self._place(fact) or (-1, ()))
-        return derivation.supposed if derivation else None
-
-    def leaves(self, fact: Fact) -> frozenset[Fact]:
-        """All given facts that the fact's derivation rests on."""
-        leaves = set()
-        seen = set()
-        stack = [place for place in [self._place(fact)] if place in self._reached]
-        while stack:
-            place = stack.pop()
-            if place is not None and place not in seen:
-                seen.add(place)
-                parents = self._reached[place].parents
-                stack += parents
-                if not parents:
-                    leaves.add(self._facts[place])
-        return frozenset(leaves)
-
-    def _place(self, fact: Fact) -> Place | None:
-        kept = self._kept.get(fact.predicate)
-        if kept is None:
-            return None
-        return self._node(fact.predicate), tuple(fact.args[i] for i in kept)
-
-    def _push(self, place: Place, derivation: _Derivation) -> None:
-        if place not in self._reached:
-            self._serial += 1
-            rank = len(derivation.supposed), derivation.actions, self._serial
-            heapq.heappush(self._queue, (*rank, place, derivation))
-
-    def _pass_on(self, place: Place, derivation: _Derivation) -> None:
-        node, row = place
-        supposed = derivation.supposed
-        actions = derivation.actions
-        for consumer in self._consumers[node]:
-            if isinstance(consumer, tuple):
-                self._join(place, derivation, *consumer)
-            elif isinstance(consumer, _Head):
-                built = tuple(row[a] if isinstance(a, int) else a for a in consumer.arguments)
-                self._push((consumer.target, built), _Derivation(supposed, actions + 1, (place,)))
-            elif all(row[i] in allowed for i, allowed in consumer.allowed) and all(
-                row[i] == row[j] for i, j in consumer.equal
-            ):
-                fits = consumer.target, consumer.columns(row)
-                self._push(fits, _Derivation(supposed, actions, (place,)))
-
-    def _join(self, place: Place, derivation: _Derivation, join: _Join, side: int) -> None:
-        row = place[1]
-        key = join.keys[side](row)
-        join.rows[side].setdefault(key, []).append(row)
-        for other in join.rows[1 - side].get(key, ()):
-            both = other + row if side else row + other
-            if join.unequal and not all(both[i] != both[j] for i, j in join.unequal):
-                continue
-            built = join.target, join.columns(both)
-            if built not in self._reached:
-                partner = join.sources[1 - side], other
-                there = self._reached[partner]
-                supposed = derivation.supposed | there.supposed
-                actions = derivation.actions + there.actions
-                self._push(built, _Derivation(supposed, actions, (place, partner)))
+    def place(self, fact: Fact) -> Place | None:
+        """Where the fact enters; None if nothing needs it."""
+        entry = self._of_predicates.get(fact.predicate)
+        return None if entry is None else (entry[0], entry[1](fact.args))
 
     def _compile(self, rule: Rule) -> None:
         """Chain the body's literals by joins, each time the one that adds the fewest combinations."""
@@ -234,17 +176,25 @@ class Network:
         columns_kept = tuple(map(both.index, kept))
         unequal = tuple((both.index(a), both.index(b)) for a, b in rule.distinct if a in both and b in both)
         shape = ("join", nodes, keys, columns_kept, unequal)
+        if shape in self._nodes:
+            return self._nodes[shape], kept
         join = _Join(
-            self._node(shape), nodes, (_columns(keys[0]), _columns(keys[1])), _columns(columns_kept), unequal
+            index=self.join_count,
+            target=self._node(shape),
+            sources=nodes,
+            keys=(_columns(keys[0]), _columns(keys[1])),
+            columns=_columns(columns_kept),
+            unequal=unequal,
         )
+        self.join_count += 1
         self._consume(nodes[0], (shape, 0), (join, 0))
         self._consume(nodes[1], (shape, 1), (join, 1))
         return join.target, kept
 
     def _node(self, shape: Hashable) -> int:
         if shape not in self._nodes:
-            self._nodes[shape] = len(self._consumers)
-            self._consumers.append([])
+            self._nodes[shape] = len(self.consumers)
+            self.consumers.append([])
         return self._nodes[shape]
 
     def _consume(
@@ -253,7 +203,143 @@ class Network:
         """Let the consumer have the node's rows, once for each shape."""
         if (node, shape) not in self._known:
             self._known.add((node, shape))
-            self._consumers[node].append(consumer)
+            self.consumers[node].append(consumer)
+
+
+class Closure:
+    """What facts reach through a network.
+
+    :param until: it is known to hold all that the facts reach, or these at least.
+    """
+
+    def __init__(self, network: Network, facts: Iterable[Fact], until: Iterable[Fact]) -> None:
+        self._network = network
+        entered = {place for fact in facts if (place := network.place(fact)) is not None}
+        self._reached: set[Place] = entered
+        wanted = {place for fact in until if (place := network.place(fact)) is not None}
+        self._run(list(entered), wanted - entered, stops=bool(wanted))
+
+    def holds(self, fact: Fact) -> bool:
+        return self._network.place(fact) in self._reached
+
+    def _run(self, agenda: list[Place], waiting: set[Place], *, stops: bool) -> None:
+        reached = self._reached
+        consumers = self._network.consumers
+        tables: list[tuple[dict[Row, list[Row]], dict[Row, list[Row]]]] = [
+            ({}, {}) for _ in range(self._network.join_count)
+        ]
+        while agenda and (waiting or not stops):
+            node, row = agenda.pop()
+            for consumer in consumers[node]:
+                if not isinstance(consumer, tuple):
+                    built = consumer.place(row)
+                    if built is not None and built not in reached:
+                        reached.add(built)
+                        agenda.append(built)
+                    continue
+                join, side = consumer
+                mine, theirs = tables[join.index][side], tables[join.index][1 - side]
+                key = join.keys[side](row)
+                if key in mine:
+                    mine[key].append(row)
+                else:
+                    mine[key] = [row]
+                target, columns, unequal = join.target, join.columns, join.unequal
+                for other in theirs.get(key, ()):
+                    both = other + row if side else row + other
+                    if unequal and not join.allows(both):
+                        continue
+                    built = target, columns(both)
+                    if built not in reached:
+                        reached.add(built)
+                        agenda.append(built)
+            waiting.difference_update(((node, row),))
+
+
+class Derivations:
+    """What facts reach through a network, cheapest derivation first: `give` facts, `run`, then ask."""
+
+    def __init__(self, network: Network) -> None:
+        self._network = network
+        self._tables: list[tuple[dict[Row, list[Row]], dict[Row, list[Row]]]] = [
+            ({}, {}) for _ in range(network.join_count)
+        ]
+        self._reached: dict[Place, _Derivation] = {}
+        self._facts: dict[Place, Fact] = {}
+        self._queue: list[tuple[int, int, int, Place, _Derivation]] = []
+        self._serial = 0
+
+    def give(self, fact: Fact, *, supposed: bool = False) -> None:
+        """Let the fact hold from the start, as known or as supposed."""
+        place = self._network.place(fact)
+        if place is not None:
+            self._facts.setdefault(place, fact)
+            self._push(place, _Derivation(frozenset({fact}) if supposed else NOTHING, 0, ()))
+
+    def run(self, until: Iterable[Fact] = ()) -> None:
+        """Derive everything, or stop as soon as all of `until` are reached."""
+        wanted = {place for fact in until if (place := self._network.place(fact)) is not None}
+        waiting = wanted - self._reached.keys()
+        while self._queue and (waiting or not wanted):
+            *_, place, derivation = heapq.heappop(self._queue)
+            if place not in self._reached:
+                self._reached[place] = derivation
+                waiting.discard(place)
+                self._pass_on(place, derivation)
+
+    def supposed(self, fact: Fact) -> frozenset[Fact] | None:
+        """The supposed facts that the fact rests on; None if it is not reached."""
+        derivation = self._reached.get(self._network.place(fact) or (-1, ()))
+        return derivation.supposed if derivation else None
+
+    def leaves(self, fact: Fact) -> frozenset[Fact]:
+        """All given facts that the fact's derivation rests on."""
+        leaves = set()
+        seen = set()
+        stack = [place for place in [self._network.place(fact)] if place in self._reached]
+        while stack:
+            place = stack.pop()
+            if place is not None and place not in seen:
+                seen.add(place)
+                parents = self._reached[place].parents
+                stack += parents
+                if not parents:
+                    leaves.add(self._facts[place])
+        return frozenset(leaves)
+
+    def _push(self, place: Place, derivation: _Derivation) -> None:
+        if place not in self._reached:
+            self._serial += 1
+            rank = len(derivation.supposed), derivation.actions, self._serial
+            heapq.heappush(self._queue, (*rank, place, derivation))
+
+    def _pass_on(self, place: Place, derivation: _Derivation) -> None:
+        node, row = place
+        supposed = derivation.supposed
+        actions = derivation.actions
+        for consumer in self._network.consumers[node]:
+            if isinstance(consumer, tuple):
+                self._join(place, derivation, *consumer)
+            elif (built := consumer.place(row)) is not None:
+                took = actions + isinstance(consumer, _Head)
+                self._push(built, _Derivation(supposed, took, (place,)))
+
+    def _join(self, place: Place, derivation: _Derivation, join: _Join, side: int) -> None:
+        row = place[1]
+        key = join.keys[side](row)
+        rows = self._tables[join.index]
+        rows[side].setdefault(key, []).append(row)
+        for other in rows[1 - side].get(key, ()):
+            both = other + row if side else row + other
+            if not join.allows(both):
+                continue
+            built = join.target, join.columns(both)
+            if built not in self._reached:
+                partner = join.sources[1 - side], other
+                there = self._reached[partner]
+                supposed = derivation.supposed | there.supposed
+                actions = derivation.actions + there.actions
+                self._push(built, _Derivation(supposed, actions, (place, partner)))
 
 
 def _columns(positions: tuple[int, ...]) -> Callable[[Row], Row]:

@@ -2,12 +2,16 @@
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from functools import lru_cache
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
-from planner.relaxation.network import Network
+from planner.relaxation.network import Closure, Derivations, Network
 from planner.relaxation.rules import FUNCTION, GOAL, TYPE, argument_types, positions_needed, rules_of
+
+NETWORKS = 8
+"""Compiled networks that are kept, the most recently used."""
 
 
 class Relaxation:
@@ -27,39 +31,28 @@ class Relaxation:
         observed: Collection[str] = (),
         with_functions: bool = True,
     ) -> None:
-        self._problem = problem
-        goal_predicates = {goal.predicate for goal in problem.goals}
-        under_way = any(fact.predicate in knowledge_base.under_way for fact in problem.facts)
-        rules = rules_of(knowledge_base, goal_predicates, with_functions=with_functions, is_chained=under_way)
-        whole = {*observed, *(GOAL + predicate for predicate in goal_predicates)}
-        kept = positions_needed(rules, knowledge_base, whole)
-        members = members_of(knowledge_base, problem.objects)
-        self._network = Network(
-            rules,
-            members=members,
-            types={name: argument_types(name, knowledge_base) for name in kept},
-            kept=kept,
-        )
-        for fact in _given(problem, members):
-            self._network.give(fact)
+        network = _network_of(knowledge_base, problem, observed=observed, with_functions=with_functions)
+        self._derivations = Derivations(network)
+        for fact in _given(problem, members_of(knowledge_base, problem.objects)):
+            self._derivations.give(fact)
         for fact in supposed:
-            self._network.give(fact, supposed=True)
+            self._derivations.give(fact, supposed=True)
 
     def run(self, until: Iterable[Fact] = ()) -> None:
         """Derive everything, or stop as soon as these goals are reached."""
-        self._network.run(map(on_purpose, until))
+        self._derivations.run(map(on_purpose, until))
 
     def missing(self, goal: Fact) -> frozenset[Fact] | None:
         """The fewest supposed facts that the goal rests on; None: out of reach even with them."""
-        return self._network.supposed(on_purpose(goal))
+        return self._derivations.supposed(on_purpose(goal))
 
     def leaves(self, goal: Fact) -> frozenset[Fact]:
         """All the facts that the way to the goal starts from."""
-        return self._network.leaves(on_purpose(goal))
+        return self._derivations.leaves(on_purpose(goal))
 
     def holds(self, fact: Fact) -> bool:
         """True if the fact of an observed predicate is reached, by intended or other effects."""
-        return self._network.supposed(fact) is not None
+        return self._derivations.supposed(fact) is not None
 
 
 def is_relaxed_reachable(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:
@@ -69,14 +62,55 @@ def is_relaxed_reachable(knowledge_base: KnowledgeBase, problem: PlanningProblem
 
 def unreachable_goals(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> tuple[Fact, ...]:
     """The goals that could not be brought about even if nothing were ever deleted; none of them has a plan."""
-    relaxation = Relaxation(knowledge_base, problem)
-    relaxation.run(until=problem.goals)
-    return tuple(goal for goal in dict.fromkeys(problem.goals) if relaxation.missing(goal) is None)
+    network = _network_of(knowledge_base, problem)
+    given = _given(problem, members_of(knowledge_base, problem.objects))
+    goals = {goal: on_purpose(goal) for goal in problem.goals}
+    closure = Closure(network, given, goals.values())
+    return tuple(goal for goal, meant in goals.items() if not closure.holds(meant))
 
 
 def on_purpose(goal: Fact) -> Fact:
     """The fact that the goal held from the start or was an intended effect (MACTA §5, table 3)."""
     return Fact(GOAL + goal.predicate, goal.args)
+
+
+def _network_of(
+    knowledge_base: KnowledgeBase,
+    problem: PlanningProblem,
+    *,
+    observed: Collection[str] = (),
+    with_functions: bool = True,
+) -> Network:
+    return _network(
+        knowledge_base,
+        frozenset(problem.objects.items()),
+        frozenset(goal.predicate for goal in problem.goals),
+        frozenset(observed),
+        with_functions=with_functions,
+        is_chained=any(fact.predicate in knowledge_base.under_way for fact in problem.facts),
+    )
+
+
+@lru_cache(maxsize=NETWORKS)
+def _network(
+    knowledge_base: KnowledgeBase,
+    objects: frozenset[tuple[str, str]],
+    goal_predicates: frozenset[str],
+    observed: frozenset[str],
+    *,
+    with_functions: bool,
+    is_chained: bool,
+) -> Network:
+    """The rules compiled for these objects: whatever their facts, problems of a world share it."""
+    rules = rules_of(knowledge_base, goal_predicates, with_functions=with_functions, is_chained=is_chained)
+    whole = {*observed, *(GOAL + predicate for predicate in goal_predicates)}
+    kept = positions_needed(rules, knowledge_base, whole)
+    return Network(
+        rules,
+        members=members_of(knowledge_base, dict(objects)),
+        types={name: argument_types(name, knowledge_base) for name in kept},
+        kept=kept,
+    )
 
 
 def members_of(knowledge_base: KnowledgeBase, objects: Mapping[str, str]) -> dict[str, frozenset[str]]:
