@@ -62,8 +62,8 @@ WATCH = """
 
 
 def load(browser: Browser, served: Served) -> tuple[float, float, float, float]:
-    """Seconds from the page's request to its first paint, and until the goals are shown; kB of its files, as they came
-    and uncompressed.
+    """Seconds from the page's request to its first paint, and until the goals are shown; kB of its files until the
+    newest goal's plan and mission are shown, as they came and uncompressed.
     """
     context = browser.new_context(viewport={"width": 1440, "height": 810})
     page = context.new_page()
@@ -72,6 +72,8 @@ def load(browser: Browser, served: Served) -> tuple[float, float, float, float]:
     page.locator("html[data-usable]").wait_for(state="attached")
     painted = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? NaN"
     first, usable = page.evaluate(f"[{painted}, Number(document.documentElement.dataset.usable)]")
+    page.get_by_test_id("plan").wait_for()
+    page.get_by_test_id("mission").wait_for()
     came, uncompressed = page.evaluate(TRANSFERRED)
     context.close()
     return first / 1000, usable / 1000, came / 1000, uncompressed / 1000

@@ -248,3 +248,26 @@ def test_a_door_out_of_service_says_why_and_is_brought_back(guarded: Page, servi
     panel.get_by_test_id("robot-bring_back").click()
     expect(gate).not_to_have_class(re.compile("faulty"))
     expect(line).not_to_contain_text("out of service")
+
+
+CROSSED_NAMES = """() => {
+  const walls = [...document.querySelectorAll(".map-drawing :is(.wall, .opening)")];
+  const names = [...document.querySelectorAll(".place-mark text")];
+  const isCrossed = (name) => walls.some((wall) => {
+    const [one, other] = [name.getBoundingClientRect(), wall.getBoundingClientRect()];
+    const isBeside = one.right < other.left || other.right < one.left;
+    return !isBeside && one.top < other.bottom && other.top < one.bottom;
+  });
+  return [names.length, names.filter(isCrossed).map((name) => name.textContent)];
+}"""
+"""How many places are named on the map, and the names that a wall or an opening lies across."""
+
+
+@pytest.mark.parametrize("width", [1440, 1024, 420])
+def test_no_door_or_wall_covers_a_places_name(page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
+    page.get_by_role("button", name="Map").click()
+    expect(page.locator(".place-mark").first).to_be_visible()
+    count, crossed = page.evaluate(CROSSED_NAMES)
+    assert count == 16
+    assert crossed == []

@@ -1,19 +1,19 @@
 // Composes the page: creates the state, requests and follows it, and mounts the parts that draw it.
 
 import { mountAlerts } from "./alerts.js";
-import { mountGoal } from "./goals/goal.js";
 import { mountGoalForm } from "./goals/goal_form.js";
+import { mountInvitation } from "./goals/invitation.js";
 import { mountLists } from "./goals/list.js";
 import { createLoading } from "./loading.js";
-import { mountMission } from "./mission/mission.js";
 import { followEvents, list, problemOf } from "./page/api.js";
-import { byId, el, fetchStyle, show } from "./page/dom.js";
+import { byId, el, show } from "./page/dom.js";
 import { seconds } from "./page/format.js";
 import { mountPanes } from "./page/panes.js";
+import { part } from "./page/part.js";
+import { problemBox } from "./page/problem.js";
 import { createStore } from "./page/store.js";
 import { createTelemetry } from "./page/telemetry.js";
 import { mountTheme } from "./page/theme.js";
-import { mountPlan } from "./plan/plan.js";
 import { mountRobots } from "./robots/list.js";
 import { mountWorkbenchButton } from "./workbench/lazy.js";
 import { mountWorld } from "./world/world.js";
@@ -53,8 +53,14 @@ if (new URLSearchParams(location.search).has("token")) history.replaceState(null
 /** Live: the event stream is open and the last request of each kind was answered. @type {Record<string, boolean>} */
 const health = { stream: false };
 let ticks = 0;
-/** @type {ReturnType<typeof fetchPlayer> | undefined} */
+/** The plan's picture, which the player draws in. @type {Picture} */
+let picture;
+/** @type {ReturnType<typeof import("./replay/player.js").mountPlayer> | undefined} */
 let player;
+const fetchGoal = part(() => Promise.all([import("./goals/goal.js"), import("./plan/plan.js"), import("./mission/mission.js")]), "plan");
+const fetchPanel = part(() => import("./robots/panel.js"), "robot");
+const fetchNotes = part(() => import("./world/notes.js"));
+const fetchPlayer = part(() => import("./replay/player.js"), "replay", "results", "speech", "workbench");
 const loading = createLoading(store, track);
 const { refresh, refreshAll } = loading;
 
@@ -133,26 +139,35 @@ function mountWorldChoice() {
   });
 }
 
-/** Fetch a part of the page when it is first needed. @param {(state: State) => unknown} isNeeded @param {() => Promise<void>} mount */
-function mountWhen(isNeeded, mount) {
-  let isWanted = false;
+/**
+ * Mount a part of the page when it is first needed. That it cannot be fetched is shown in its place, until the state changes again.
+ * @param {HTMLElement} place @param {(state: State) => unknown} isNeeded @param {() => Promise<void>} mount
+ */
+function mountWhen(place, isNeeded, mount) {
+  const problem = el("div", { role: "alert" });
+  let isMounted = false;
   store.subscribe(async (state) => {
-    if (isWanted || !isNeeded(state)) return;
-    isWanted = true;
-    await mount();
-    store.update({});
+    if (!isNeeded(state)) show(problem);
+    else if (!isMounted) {
+      isMounted = true;
+      try {
+        await mount();
+        problem.remove();
+        store.update({});
+      } catch (error) {
+        isMounted = false;
+        place.before(problem);
+        show(problem, problemBox(error));
+      }
+    }
   });
 }
 
-/** The player's modules and style are fetched when a recording is first opened. @param {Mission} mission */
+/** @param {Mission} mission */
 async function replay(mission) {
-  player ??= fetchPlayer();
-  await (await player).open(mission);
-}
-
-async function fetchPlayer() {
-  const [{ mountPlayer }] = await Promise.all([import("./replay/player.js"), fetchStyle("style/replay.css")]);
-  return mountPlayer(store, telemetry, { picture, world });
+  const { mountPlayer } = await fetchPlayer();
+  player ??= mountPlayer(store, telemetry, { picture, world });
+  await player.open(mission);
 }
 
 mountWorldChoice();
@@ -161,16 +176,20 @@ mountPanes();
 mountAlerts(store, { select, refresh: refreshAll });
 const goalForm = mountGoalForm(store, { select, refresh: refreshAll });
 mountLists(store, { select, loadOlder: loading.loadOlder });
-mountGoal(store, refreshAll);
-const picture = mountPlan(store, { viewPlan, refresh: refreshAll });
+mountInvitation(store);
 const telemetry = createTelemetry();
 store.subscribe((state) => telemetry.setWorld(state.world));
 mountRobots(store);
 const workbench = mountWorkbenchButton(store, telemetry);
 const world = mountWorld(store, telemetry, goalForm.write, loading.loadRobots);
-mountWhen(({ robot }) => robot, async () => (await import("./robots/panel.js")).mountRobotPanel(store, telemetry, { refresh: refreshAll, workbench }));
-mountWhen(({ unknown, holds }) => unknown.length + holds.length, async () => (await import("./world/notes.js")).mountNotes(store, refreshAll));
-mountMission(store, { refresh: refreshAll, replay });
+mountWhen(byId("goal", HTMLElement), ({ goals }) => goals.length, async () => {
+  const [{ mountGoal }, { mountPlan }, { mountMission }] = await fetchGoal();
+  mountGoal(store, refreshAll);
+  picture = mountPlan(store, { viewPlan, refresh: refreshAll });
+  mountMission(store, { refresh: refreshAll, replay });
+});
+mountWhen(byId("robot", HTMLElement), ({ robot }) => robot, async () => (await fetchPanel()).mountRobotPanel(store, telemetry, { refresh: refreshAll, workbench }));
+mountWhen(byId("unknown", HTMLElement), ({ unknown, holds }) => unknown.length + holds.length, async () => (await fetchNotes()).mountNotes(store, refreshAll));
 followEvents("/v1/events?state=false", {
   onEvent(event) {
     workbench.onEvent(event);

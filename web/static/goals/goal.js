@@ -3,47 +3,38 @@
 import { id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
 import { displayState, facts, seconds, tone, words } from "../page/format.js";
-import { commandButton } from "../page/problem.js";
-import { createPlanningProgress } from "./planning_progress.js";
+import { part } from "../page/part.js";
+import { commandButton, problemBox } from "../page/problem.js";
 import { termItems } from "./terms.js";
 
 const OPEN = ["submitted", "waiting", "planning", "planned"];
+const fetchProgress = part(() => import("./planning_progress.js"));
 
 /** @param {Store} store @param {() => void} refresh */
 export function mountGoal(store, refresh) {
   const container = byId("goal", HTMLElement);
   const due = el("div");
   const planning = el("div", { role: "status" });
-  const progress = createPlanningProgress();
+  /** @type {((goal: Goal) => Element) | undefined} */
+  let progress; // fetched when a goal is first being planned
   let drawn = "";
+  /** @param {typeof import("./planning_progress.js")} module */
+  const started = (module) => {
+    progress ??= module.createPlanningProgress();
+    store.update({});
+  };
   store.subscribe(({ goal, worldTimes }) => {
     // What changes all the time is shown in elements of its own: a button must not be replaced under the pointer.
     const key = JSON.stringify(goal ? { ...goal, planning: null, updated_at: null } : goal) ?? "";
     if (key !== drawn) {
       drawn = key;
-      replace(container, goal ? head(goal, due, planning, refresh) : goal === null ? invitation() : null);
+      replace(container, goal ? head(goal, due, planning, refresh) : null);
     }
     show(due, goal ? dueText(goal, worldTimes[goal.world]) : null);
-    show(planning, goal && (goal.state === "planning" || goal.planning) ? progress(goal) : null);
+    const isPlanning = goal && (goal.state === "planning" || goal.planning);
+    if (isPlanning && !progress) fetchProgress().then(started, (error) => show(planning, problemBox(error)));
+    else show(planning, isPlanning ? progress?.(goal) : null);
   });
-}
-
-/** What a new operator does first. */
-const STEPS = [
-  ["State a goal", "A sentence such as “move sample_1 to bay_7”; the page says what is missing as you type. Or pick a sample and a place on the map."],
-  ["Review the plan", "It is drawn here: who does what when, and why these robots."],
-  ["Approve it", "No robot moves before that."],
-  ["Watch the mission", "What happens is drawn beneath what was planned. What needs a decision stands at the top of the page."],
-];
-
-function invitation() {
-  return el(
-    "div",
-    { class: "empty", "data-testid": "invitation" },
-    el("h2", {}, "No goal yet"),
-    el("ol", {}, STEPS.map(([step, about]) => el("li", {}, el("b", {}, step), el("div", { class: "quiet" }, about)))),
-    el("button", { type: "button", class: "primary", onclick: () => byId("goal-text", HTMLElement).focus() }, "State a goal"),
-  );
 }
 
 /** @param {Goal} goal @param {Element} due @param {Element} planning @param {() => void} refresh */

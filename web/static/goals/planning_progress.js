@@ -1,14 +1,13 @@
 // A goal's planning progress: the engine, the best plan so far, the proven bound, and both over time.
 
-import { el } from "../page/dom.js";
+import { el, svg } from "../page/dom.js";
 import { gap, roughly, seconds } from "../page/format.js";
 
-/** @type {typeof import("./planning_chart.js") | undefined} */
-let drawing;
+/** @typedef {{from: number, best: number, bound: number | null}} Step */
 
 /** Returns a function that draws a goal's progress and keeps its history between calls. */
 export function createPlanningProgress(now = () => performance.now() / 1000) {
-  let heard = { goal: "", message: "", at: 0, steps: /** @type {import("./planning_chart.js").Step[]} */ ([]) };
+  let heard = { goal: "", message: "", at: 0, steps: /** @type {Step[]} */ ([]) };
   /** @param {Goal} goal */
   return (goal) => {
     const message = JSON.stringify(goal.planning) ?? "";
@@ -32,13 +31,24 @@ export function createPlanningProgress(now = () => performance.now() / 1000) {
   };
 }
 
-/** Fetched when there is first a plan to draw. @param {import("./planning_chart.js").Step[]} steps @param {number} elapsed */
+/** The best plan as a falling line, the bound as a rising one; the optimum lies between. @param {Step[]} steps @param {number} elapsed */
 function chart(steps, elapsed) {
-  if (drawing) return drawing.chart(steps, elapsed);
-  const place = el("div");
-  import("./planning_chart.js").then((module) => {
-    drawing = module;
-    place.replaceWith(module.chart(steps, elapsed));
-  });
-  return place;
+  const max = Math.max(...steps.map(({ best }) => best));
+  const min = Math.min(...steps.map(({ best, bound }) => bound ?? best));
+  /** @param {number} time */
+  const x = (time) => (100 * time) / Math.max(elapsed, 0.1);
+  /** @param {number} makespan */
+  const y = (makespan) => 2 + (26 * (max - makespan)) / Math.max(max - min, 0.1);
+  /** @param {(step: Step) => number} value @param {string} name */
+  const path = (value, name) => {
+    const stairs = steps.map((step, index) => `H${x(step.from)} V${y(value(step))} H${x(steps[index + 1]?.from ?? elapsed)}`).join(" ");
+    return svg("path", { d: `M${x(steps[0].from)},${y(value(steps[0]))} ${stairs}`, class: name });
+  };
+  const label = `From ${seconds(max)} to ${seconds(steps[steps.length - 1].best)} in ${roughly(elapsed)}`;
+  return svg(
+    "svg",
+    { viewBox: "0 0 100 30", preserveAspectRatio: "none", class: "course", role: "img", "aria-label": label },
+    path(({ best }) => best, "best"),
+    steps[0].bound ? path(({ best, bound }) => bound ?? best, "bound") : null,
+  );
 }

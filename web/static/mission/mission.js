@@ -3,17 +3,22 @@
 import { id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
 import { seconds, tone, words } from "../page/format.js";
-import { commandButton } from "../page/problem.js";
+import { part } from "../page/part.js";
+import { attempt, commandButton, problemBox } from "../page/problem.js";
 import { policyChoice, recovery } from "./recovery.js";
 import { ENDED, elapsed, silences } from "./timing.js";
 
-/** @typedef {{refresh: () => void, replay: (mission: Mission) => unknown}} Actions */
+/** @typedef {{refresh: () => void, replay: (mission: Mission) => Promise<unknown>}} Actions */
+
+const fetchResults = part(() => import("./results.js"), "results");
+const fetchMessages = part(() => import("./messages.js"), "speech");
 
 /** @param {Store} store @param {Actions} actions */
 export function mountMission(store, actions) {
   const container = byId("mission", HTMLElement);
   const clock = el("div", { class: "clock" });
-  const more = el("div");
+  const results = el("div");
+  const messages = createMessages();
   const problem = el("div", { role: "alert" });
   let drawn = "";
   store.subscribe((state) => {
@@ -22,15 +27,48 @@ export function mountMission(store, actions) {
     if (key !== drawn) {
       drawn = key;
       show(problem);
-      replace(container, mission ? card(mission, { clock, problem, more }, actions) : null);
+      replace(container, mission ? card(mission, { clock, problem, more: [results, messages.node] }, actions) : null);
     }
     if (!mission) return;
-    import("./more.js").then((part) => part.showMore(more, mission));
+    if (mission.results) fetchResults().then((module) => module.showResults(results, mission), (error) => show(results, problemBox(error)));
+    else {
+      results.dataset.of = "";
+      show(results);
+    }
+    messages.show(mission);
     show(clock, progress(mission, state.worldTimes[mission.world]), silenceNotes(mission, state));
   });
 }
 
-/** @param {Mission} mission @param {{clock: Element, problem: Element, more: Element}} parts @param {Actions} actions */
+/** The mission's messages, which are requested while they are open, and the diagram's modules with them. */
+function createMessages() {
+  const body = el("div");
+  const node = el("details", { "data-testid": "mission-speech", ontoggle: draw }, el("summary", {}, "Messages"), body);
+  /** @type {Mission | null} */
+  let mission = null;
+
+  async function draw() {
+    if (!node.open) return;
+    try {
+      const { showMessages } = await fetchMessages();
+      if (mission) await showMessages(body, mission);
+    } catch (error) {
+      replace(body, problemBox(error));
+    }
+  }
+
+  return {
+    node,
+    /** @param {Mission} shown */
+    show(shown) {
+      if (mission?.id !== shown.id) replace(body);
+      mission = shown;
+      draw();
+    },
+  };
+}
+
+/** @param {Mission} mission @param {{clock: Element, problem: Element, more: Element[]}} parts @param {Actions} actions */
 function card(mission, { clock, problem, more }, { refresh, replay }) {
   const hasEnded = ENDED.includes(mission.state);
   return el(
@@ -43,7 +81,7 @@ function card(mission, { clock, problem, more }, { refresh, replay }) {
       el("span", { class: `badge ${tone(mission.state)}`, "data-testid": "mission-state" }, words(mission.state)),
       mission.failure && mission.failure !== mission.state ? el("span", { class: "badge bad", title: "what failed" }, words(mission.failure)) : null,
       el("span", { class: "spring" }),
-      hasEnded ? el("button", { type: "button", "data-testid": "mission-replay", onclick: () => replay(mission) }, "Replay") : controls(mission, problem, refresh),
+      hasEnded ? el("button", { type: "button", "data-testid": "mission-replay", onclick: () => attempt([], problem, () => replay(mission)) }, "Replay") : controls(mission, problem, refresh),
     ),
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
     recovery(mission),

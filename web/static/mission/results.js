@@ -1,11 +1,8 @@
 // What a mission's packets have brought: images as thumbnails, which open large, and readings.
 
 import { id, list } from "../page/api.js";
-import { el, fetchStyle, show } from "../page/dom.js";
+import { el, show } from "../page/dom.js";
 import { problemBox } from "../page/problem.js";
-
-/** @type {Promise<unknown> | undefined} */
-let style;
 
 /** Show the results of a mission, requested again when there are more. @param {HTMLElement} container @param {Mission} mission */
 export async function showResults(container, mission) {
@@ -14,9 +11,8 @@ export async function showResults(container, mission) {
   container.dataset.of = of;
   const path = `/v1/missions/${id(mission.id)}/results`;
   const time = (/** @type {Result} */ one) => new Date(one.created_at).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
-  style ??= fetchStyle("style/results.css");
   /** @type {Child} */
-  const shown = await Promise.all([list(path), style]).then(([results]) => resultList(results, (one) => `${path}/${id(one.id)}`, time), problemBox);
+  const shown = await list(path).then((results) => resultList(results, (one) => `${path}/${id(one.id)}`, time), problemBox);
   if (container.dataset.of === of) show(container, shown);
 }
 

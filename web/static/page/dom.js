@@ -70,12 +70,3 @@ export function closest(event, selector) {
   const found = event.target instanceof Element ? event.target.closest(selector) : null;
   return found instanceof HTMLElement || found instanceof SVGElement ? found : null;
 }
-
-/** Add a style sheet to the page; resolves once it is there. @param {string} href */
-export function fetchStyle(href) {
-  const link = el("link", { rel: "stylesheet", href });
-  document.head.append(link);
-  return new Promise((done) => {
-    link.onload = link.onerror = done;
-  });
-}

@@ -1,8 +1,11 @@
 // Alternative plans: have them searched for, compare them, view one.
 
 import { id } from "../page/api.js";
-import { el, fetchStyle } from "../page/dom.js";
-import { commandButton } from "../page/problem.js";
+import { el, show } from "../page/dom.js";
+import { part } from "../page/part.js";
+import { commandButton, problemBox } from "../page/problem.js";
+
+const fetchComparison = part(() => import("./comparison.js"), "comparison");
 
 /** @type {typeof import("./comparison.js") | null} */
 let fetched = null;
@@ -32,9 +35,9 @@ export function alternatives(goal, plan, plans, { viewPlan, refresh }) {
 function comparison(viewed, plans, viewPlan) {
   if (fetched) return fetched.comparison(viewed, plans, viewPlan);
   const place = el("div");
-  Promise.all([import("./comparison.js"), fetchStyle("style/comparison.css")]).then(([module]) => {
+  fetchComparison().then((module) => {
     fetched = module;
     place.replaceWith(module.comparison(viewed, plans, viewPlan));
-  });
+  }, (error) => show(place, problemBox(error)));
   return place;
 }

@@ -2,20 +2,23 @@
 
 import { Problem, id, post } from "../page/api.js";
 import { closest, el, show } from "../page/dom.js";
+import { part } from "../page/part.js";
 import { attempt, problemBox } from "../page/problem.js";
+
+const fetchDialog = part(() => import("./confirmation.js"));
 
 /** @param {Plan} plan @param {() => void} refresh */
 export function decision(plan, refresh) {
   const written = document.querySelector(`[data-keep="comment ${CSS.escape(plan.id)}"]`);
   const comment = el("input", { value: written instanceof HTMLInputElement ? written.value : null, "data-keep": `comment ${plan.id}`, placeholder: "comment", maxlength: 500, "data-testid": "plan-comment", "aria-label": "Comment" });
   const box = el("div", { role: "alert" });
-  const approve = el("button", { type: "button", class: "primary", "data-testid": "plan-approve", "aria-keyshortcuts": "a", title: "Approve (a)", onclick: confirmFirst }, "Approve …");
+  const approve = el("button", { type: "button", class: "primary", "data-testid": "plan-approve", "aria-keyshortcuts": "a", title: "Approve (a)", onclick: () => confirmFirst() }, "Approve …");
   const reject = el("button", { type: "button", "data-testid": "plan-reject", "aria-keyshortcuts": "r", title: "Reject (r)", onclick: rejectWithComment }, "Reject");
 
-  async function confirmFirst() {
-    const { confirm } = await import("./confirmation.js");
+  const confirmFirst = () => attempt([], box, async () => {
+    const { confirm } = await fetchDialog();
     if (!document.querySelector("dialog[open]")) confirm(plan, (delegate) => send("approve", { delegate }));
-  }
+  });
 
   function rejectWithComment() {
     if (comment.value.trim() === "") {

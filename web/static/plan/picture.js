@@ -9,7 +9,7 @@ const MIN_WIDTH_PX = 260;
 const ZOOM = 1.5;
 const MAX_ZOOM = 16;
 /** @type {PlanChanges} */
-const NO_CHANGES = { byAction: new Map(), previous: [] };
+export const NO_CHANGES = { byAction: new Map(), previous: [] };
 
 /** @param {(action: PlannedAction | null) => void} onSelect @returns {Picture} */
 export function createPicture(onSelect) {

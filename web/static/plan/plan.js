@@ -1,43 +1,69 @@
 // The middle pane's plan: its actions and their times, how good it is, why these robots; and the decision on it.
 
 import { planStart, silences } from "../mission/timing.js";
+import { get, id } from "../page/api.js";
 import { byId, el, replace, show } from "../page/dom.js";
 import { fact, gap, instant, seconds, tone, words } from "../page/format.js";
+import { part, whenOpened } from "../page/part.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
-import { createActionDetail } from "./action_detail.js";
+import { problemBox } from "../page/problem.js";
 import { alternatives } from "./alternatives.js";
 import { decision, mountDecisionKeys } from "./decision.js";
 import { byNumber } from "./drawing.js";
-import { explanation } from "./explanation.js";
-import { createPicture } from "./picture.js";
-import { planChanges, repairNote } from "./repair.js";
+import { NO_CHANGES, createPicture } from "./picture.js";
 
 /** @typedef {{viewPlan: (planId: string) => void, refresh: () => void}} Actions */
+
+/** @typedef {typeof import("./repair.js")} Repair */
+
+const fetchAction = part(() => import("./action_detail.js"));
+const fetchDetails = part(() => import("./details.js"));
+const fetchRepair = part(() => import("./repair.js"));
+const HINT = "Point at an action, or go there with the arrow keys, to see what it needs and why it is there.";
 
 /** @param {Store} store @param {Actions} actions */
 export function mountPlan(store, actions) {
   const body = byId("plan", HTMLElement);
-  const detail = createActionDetail();
-  /** @type {PlanChanges | null} */
-  let changes = null;
+  const detail = el("div", { class: "detail", "data-testid": "action-detail", role: "status" });
+  /** @type {string | null} */
+  let lookedAt = null;
+  let changes = NO_CHANGES;
+  /** @type {Repair | undefined} */
+  let repair; // fetched when a repaired plan is first shown
   const picture = createPicture((action) => {
     const { plan, action: selected } = store.get();
-    if (plan) detail.show(plan, action, changes?.byAction.get(action?.id ?? ""));
+    if (plan) showDetail(plan, action);
     if (selected !== (action?.id ?? null)) store.update({ action: action?.id ?? null });
   });
-  const views = { picture: el("div", {}, picture.node, detail.node), table: el("div") };
+  const views = { picture: el("div", {}, picture.node, detail), table: el("div") };
   let drawn = "";
   mountDecisionKeys();
+
+  /** The action under the pointer or selected. @param {Plan} plan @param {PlannedAction | null} action */
+  async function showDetail(plan, action) {
+    lookedAt = action?.id ?? null;
+    if (!action) {
+      show(detail, el("p", { class: "quiet small" }, HINT));
+      return;
+    }
+    const isShown = () => lookedAt === action.id;
+    try {
+      const { showAction } = await fetchAction();
+      if (isShown()) await showAction(detail, plan, action, changes.byAction.get(action.id), isShown);
+    } catch (error) {
+      if (isShown()) show(detail, problemBox(error));
+    }
+  }
 
   /** @param {State} state @param {Plan | null} plan */
   function draw(state, plan) {
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.keep : undefined;
-    replace(body, plan ? card(plan, state, views, actions) : null);
+    replace(body, plan ? card(plan, state, views, actions, repair?.repairNote(plan, state.previousPlan)) : null);
     if (!plan) return;
-    changes = planChanges(plan, state.previousPlan);
+    changes = plan.repairs && repair ? repair.planChanges(plan, state.previousPlan) : NO_CHANGES;
     replace(views.table, actionTable(plan, changes));
     picture.show(plan, changes);
-    detail.show(plan, null);
+    showDetail(plan, null);
     // A comment that is being written keeps the focus and its cursor.
     const again = focused && body.querySelector(`[data-keep="${CSS.escape(focused)}"]`);
     if (again instanceof HTMLElement) again.focus({ preventScroll: true });
@@ -47,6 +73,13 @@ export function mountPlan(store, actions) {
   store.subscribe((state) => {
     const { goal, plan, previousPlan, mission, replaying, worldTimes } = state;
     const key = JSON.stringify([goal?.state, goal?.alternatives, plan, previousPlan?.id, state.alternatives]);
+    if (plan?.repairs && !repair) {
+      fetchRepair().then((module) => {
+        repair = module;
+        store.update({});
+      }, (error) => show(body, problemBox(error)));
+      return;
+    }
     if (key !== drawn) {
       drawn = key;
       draw(state, plan);
@@ -59,8 +92,8 @@ export function mountPlan(store, actions) {
   return picture;
 }
 
-/** @param {Plan} plan @param {State} state @param {Record<string, HTMLElement>} views @param {Actions} actions */
-function card(plan, state, views, actions) {
+/** @param {Plan} plan @param {State} state @param {Record<string, HTMLElement>} views @param {Actions} actions @param {Child} repairNote */
+function card(plan, state, views, actions, repairNote) {
   return el(
     "article",
     { class: "card", "data-testid": "plan" },
@@ -73,13 +106,13 @@ function card(plan, state, views, actions) {
     el("p", { class: "quiet small" }, provenance(plan)),
     figures(plan),
     lateGoals(plan),
-    repairNote(plan, state.previousPlan),
+    repairNote,
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
     plan.state === "proposed" ? decision(plan, actions.refresh) : decisionTaken(plan),
     alternatives(state.goal, plan, state.alternatives, actions),
     viewChoice(views),
     legend(plan),
-    explanation(plan),
+    later("why", "Why this plan", async ({ reasons }) => reasons(await get(`/v1/plans/${id(plan.id)}/explanation`))),
     later("robots", "Why these robots", ({ robots }) => robots(plan)),
     plan.causal_links?.length ? later("causal-links", `Causal links (${plan.causal_links.length})`, ({ links }) => links(plan)) : null,
   );
@@ -145,12 +178,9 @@ function decisionTaken(plan) {
   return texts.length ? el("p", { class: "note", "data-testid": "plan-decided" }, texts.join(": ")) : null;
 }
 
-/** What is drawn once it is opened. @param {string} name @param {string} title @param {(drawn: typeof import("./details.js")) => HTMLElement} draw */
+/** What is drawn once it is opened. @param {string} name @param {string} title @param {(drawn: typeof import("./details.js")) => Child | Promise<Child>} draw */
 function later(name, title, draw) {
-  const box = el("div");
-  const node = el("details", { "data-testid": name }, el("summary", {}, title), box);
-  node.addEventListener("toggle", async () => node.open && show(box, draw(await import("./details.js"))), { once: true });
-  return node;
+  return whenOpened(el("details", { "data-testid": name }, el("summary", {}, title)), async () => draw(await fetchDetails()));
 }
 
 const COLUMNS = ["id", "robot", "action", "starts", "at latest", "takes", "slack"];

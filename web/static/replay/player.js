@@ -1,9 +1,10 @@
-// Replays a past mission's recording on the page in place of the live state. The player's modules are fetched when first needed.
+// Replays a past mission's recording on the page in place of the live state.
 
 import { get, id } from "../page/api.js";
-import { byId, el, fetchStyle, replace, show } from "../page/dom.js";
+import { byId, el, replace, show } from "../page/dom.js";
 import { problemBox } from "../page/problem.js";
-import { fetchSpeechStyle } from "../speech/style.js";
+import { createControls } from "./controls.js";
+import { createRecording } from "./recording.js";
 
 /**
  * @param {Store} store @param {Telemetry} telemetry
@@ -11,10 +12,8 @@ import { fetchSpeechStyle } from "../speech/style.js";
  */
 export function mountPlayer(store, telemetry, { picture, world }) {
   const panel = byId("player", HTMLElement);
-  /** @type {ReturnType<typeof import("./controls.js").createControls> | null} */
+  /** @type {ReturnType<typeof createControls> | null} */
   let controls = null;
-  /** @type {Promise<unknown> | undefined} */
-  let mindStyle;
 
   /** @param {Record<string, RobotTelemetry>} robots @param {number} time */
   function onSeek(robots, time) {
@@ -39,8 +38,7 @@ export function mountPlayer(store, telemetry, { picture, world }) {
     show(panel, el("p", { class: "quiet" }, "Fetching the recording …"));
     const path = `/v1/missions/${id(mission.id)}`;
     try {
-      const [replay, { createControls }, { createRecording }] = await Promise.all([get(`${path}/replay`), import("./controls.js"), import("./recording.js"), fetchSpeechStyle(), (mindStyle ??= fetchStyle("style/workbench.css"))]);
-      const recording = createRecording(replay);
+      const recording = createRecording(await get(`${path}/replay`));
       store.update({ replaying: mission.id });
       const drawing = await world.showReplay(recording.layout, mission.id);
       const more = [

@@ -1,7 +1,10 @@
 // The robots, a line each: link, current packet, battery; then doors, hatches and lifts. A click selects one.
 
 import { byId, closest, el, replace, show } from "../page/dom.js";
+import { part } from "../page/part.js";
 import { contact, isHeard } from "./contact.js";
+
+const fetchStanding = part(() => import("./standing.js"));
 
 const LOW_BATTERY = 0.2;
 
@@ -24,7 +27,7 @@ export function mountRobots(store) {
     return line;
   };
   store.subscribe(async (state) => {
-    if (state.peripherals.length) doing ??= (await import("./standing.js")).doing;
+    if (state.peripherals.length) doing ??= (await fetchStanding().catch(() => null))?.doing;
     const robots = [...state.robots, ...state.peripherals].filter((robot) => !robot.world || robot.world === state.world);
     const nodes = robots.map((robot) => lineOf(robot.name));
     if (nodes.length !== list.children.length || nodes.some((node, index) => node !== list.children[index])) replace(list, nodes);

@@ -6,6 +6,7 @@ import { tone, words } from "../page/format.js";
 import { commandButton } from "../page/problem.js";
 import { serviceControl } from "./service.js";
 import { isPeripheral, standing } from "./standing.js";
+import { rangeRose, robotState, synthesis } from "./telemetry_drawing.js";
 
 /** @param {Store} store @param {Telemetry} telemetry @param {{refresh: () => void, workbench: Workbench}} actions */
 export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
@@ -19,7 +20,7 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
   let drawnService = "";
 
   /** @param {string | null} name */
-  async function open(name) {
+  function open(name) {
     unfollow?.();
     unfollow = null;
     shown = name;
@@ -29,9 +30,7 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
     if (name === null) return;
     for (const part of Object.values(parts)) show(part);
     replace(panel, parts.head, parts.service, parts.problem, el("div", { class: "robot-parts" }, el("div", { class: "grow" }, parts.synthesis, parts.state), parts.rose));
-    const { rangeRose, robotState, synthesis } = await import("./telemetry_drawing.js"); // fetched when first needed
-    if (shown !== name) return;
-    unfollow ??= telemetry.follow(({ robots }) => {
+    unfollow = telemetry.follow(({ robots }) => {
       const robot = robots[name];
       if (!robot || store.get().peripherals.some((one) => one.name === name)) return; // a peripheral has no sensors
       show(parts.synthesis, synthesis(robot));

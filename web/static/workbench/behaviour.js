@@ -14,7 +14,7 @@ const WINDOW_S = 10;
 const MAX_EVENTS = 12;
 
 /** @param {Element} root @returns {WorkbenchPart} */
-export function mountBehaviour(root) {
+export function mount(root) {
   /** @param {string} name */
   const section = (name) => el("div", { "data-testid": `behaviour-${name}` });
   const parts = { script: section("script"), conditions: section("conditions"), patterns: section("patterns"), events: section("events"), tuning: section("tuning"), sensors: section("sensors"), body: section("body") };

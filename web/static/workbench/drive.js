@@ -17,7 +17,7 @@ const DIRECTIONS = { ArrowUp: AHEAD, KeyW: AHEAD, ArrowDown: BACK, KeyS: BACK, A
 const PAD = { ArrowUp: ["▲", "ahead"], ArrowLeft: ["◀", "left"], ArrowDown: ["▼", "back"], ArrowRight: ["▶", "right"] };
 
 /** @param {Element} root @param {Store} store @returns {WorkbenchPart} */
-export function mountDrive(root, store) {
+export function mount(root, store) {
   /** @type {Set<string>} */
   const heldKeys = new Set();
   const closed = new AbortController();

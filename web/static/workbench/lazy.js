@@ -1,33 +1,59 @@
 // The button that opens the workbench in place of goal and plan. Its modules and style are fetched when first needed.
 
-import { byId, fetchStyle } from "../page/dom.js";
+import { byId, show } from "../page/dom.js";
+import { part } from "../page/part.js";
+import { problemBox } from "../page/problem.js";
+
+const fetchWorkbench = part(() => import("./workbench.js"), "workbench");
 
 /** @param {Store} store @param {Telemetry} telemetry @returns {Workbench} */
 export function mountWorkbenchButton(store, telemetry) {
   const button = byId("workbench-toggle", HTMLButtonElement);
   const middle = byId("middle", HTMLElement);
   const root = byId("workbench", HTMLElement);
-  /** @type {Promise<Workbench> | null} */
+  /** @type {Workbench | null} */
   let workbench = null;
+  let isOpen = false;
+  /** @type {Promise<unknown> | undefined} */
+  let opening; // events that come meanwhile are passed on afterwards
 
-  async function load() {
-    const [{ mountWorkbench }] = await Promise.all([import("./workbench.js"), fetchStyle("style/workbench.css")]);
-    return mountWorkbench(root, store, telemetry);
-  }
-
-  /** @param {boolean} isOpen @param {string} [part] */
-  async function setOpen(isOpen, part) {
+  /** What was shown stays until the workbench is there. @param {string} [name] of its part */
+  async function load(name) {
+    setPressed(true);
+    try {
+      const { mountWorkbench } = await fetchWorkbench();
+      if (!isOpen) return; // closed meanwhile
+      workbench ??= mountWorkbench(root, store, telemetry);
+      await workbench.open(name);
+      middle.classList.toggle("benched", isOpen);
+    } catch (error) {
+      show(root, problemBox(error));
+    }
     root.hidden = !isOpen;
-    middle.classList.toggle("benched", isOpen);
-    button.setAttribute("aria-pressed", String(isOpen));
-    if (isOpen) (await (workbench ??= load())).open(part);
-    else (await workbench)?.close();
   }
 
-  button.addEventListener("click", () => setOpen(Boolean(root.hidden)));
+  function close() {
+    setPressed(false);
+    root.hidden = true;
+    middle.classList.remove("benched");
+    workbench?.close();
+  }
+
+  /** @param {boolean} isPressed */
+  function setPressed(isPressed) {
+    isOpen = isPressed;
+    button.setAttribute("aria-pressed", String(isPressed));
+  }
+
+  /** @param {string} [name] */
+  const open = (name) => (opening = load(name));
+  button.addEventListener("click", () => (isOpen ? close() : open()));
   return {
-    open: (part) => setOpen(true, part),
-    close: () => root.hidden || setOpen(false),
-    onEvent: async (event) => (await workbench)?.onEvent(event),
+    open,
+    close,
+    async onEvent(event) {
+      await opening;
+      workbench?.onEvent(event);
+    },
   };
 }

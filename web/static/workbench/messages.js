@@ -5,14 +5,12 @@ import { el, replace } from "../page/dom.js";
 import { newestFirst } from "../page/format.js";
 import { createConversation } from "../speech/conversation.js";
 import { sayingsOf, sayingsOfEvent, sayingsWithService } from "../speech/sayings.js";
-import { fetchSpeechStyle } from "../speech/style.js";
 
 const MAX_MISSIONS = 4;
 const MAX_LIVE = 1000;
 
 /** @param {Element} root @param {Store} store @returns {WorkbenchPart} */
-export function mountMessages(root, store) {
-  fetchSpeechStyle();
+export function mount(root, store) {
   const conversation = createConversation();
   /** By the path of what was requested. @type {Map<string, Saying[]>} */
   const recorded = new Map();

@@ -10,7 +10,7 @@ import { mountRules } from "./rules.js";
 
 const EVERY_MS = 1000;
 /** @param {Element} root @returns {WorkbenchPart} */
-export function mountMind(root) {
+export function mount(root) {
   const agents = el("div", { class: "agents", "data-testid": "mind-agents" });
   const conversations = el("div", { "data-testid": "mind-conversations" });
   const rulesRoot = el("div", { "data-testid": "mind-rules" });

@@ -25,7 +25,7 @@ const QUANTITIES = {
 };
 
 /** @param {Element} root @param {Store} _store @param {Telemetry} telemetry @returns {WorkbenchPart} */
-export function mountPlots(root, _store, telemetry) {
+export function mount(root, _store, telemetry) {
   /** By robot, oldest first. @type {Map<string, RobotTelemetry[]>} */
   const histories = new Map();
   /** @type {number | null} */

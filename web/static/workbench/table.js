@@ -11,7 +11,7 @@ const MAX_CHANGES = 4;
 const FACTSHEETS = /^(robot\.(announced|admitted|refused)|world\.changed)$/;
 
 /** @param {Element} root @param {Store} store @returns {WorkbenchPart} */
-export function mountTable(root, store) {
+export function mount(root, store) {
   /** @type {Record<string, {layout?: WorldLayout}>} */
   const worlds = {};
   /** @type {Record<string, Partial<Tuning>>} */

@@ -13,7 +13,7 @@ const ACTS = ["request", "query-if", "query-ref", "inform", "cfp", "accept-propo
 const EXAMPLES = ["what do you see?", "where are you?", "how is your battery?", "stop"];
 
 /** @param {Element} root @returns {WorkbenchPart} */
-export function mountWords(root) {
+export function mount(root) {
   const act = el("select", { "aria-label": "Act", "data-testid": "say-act" }, el("option", { value: "" }, "in words"), ACTS.map((one) => el("option", { value: one }, one)));
   const text = el("input", { type: "text", required: "", maxlength: "500", "aria-label": "What to say", placeholder: "face sample_1", "data-testid": "say-text", autocomplete: "off" });
   const atOnce = el("input", { type: "checkbox", "data-testid": "say-at-once" });

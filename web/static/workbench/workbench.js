@@ -3,16 +3,19 @@
 
 import { el, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
-import { mountBehaviour } from "./behaviour.js";
-import { mountDrive } from "./drive.js";
-import { mountMessages } from "./messages.js";
-import { mountMind } from "./mind.js";
-import { mountPlots } from "./plots.js";
-import { mountTable } from "./table.js";
-import { mountWords } from "./words.js";
+import { part as fetched } from "../page/part.js";
+import { problemBox } from "../page/problem.js";
 
-/** @type {Record<string, (root: Element, store: Store, telemetry: Telemetry) => WorkbenchPart>} */
-const PARTS = { robots: mountTable, drive: mountDrive, plots: mountPlots, behaviour: mountBehaviour, mind: mountMind, words: mountWords, messages: mountMessages };
+/** @type {Record<string, () => Promise<{mount: (root: Element, store: Store, telemetry: Telemetry) => WorkbenchPart}>>} */
+const PARTS = {
+  robots: fetched(() => import("./table.js")),
+  drive: fetched(() => import("./drive.js")),
+  plots: fetched(() => import("./plots.js")),
+  behaviour: fetched(() => import("./behaviour.js")),
+  mind: fetched(() => import("./mind.js")),
+  words: fetched(() => import("./words.js")),
+  messages: fetched(() => import("./messages.js"), "speech"),
+};
 
 /** @param {Element} root @param {Store} store @param {Telemetry} telemetry @returns {Workbench} */
 export function mountWorkbench(root, store, telemetry) {
@@ -23,15 +26,29 @@ export function mountWorkbench(root, store, telemetry) {
   /** @type {WorkbenchPart | null} */
   let part = null;
   let lastOpened = "robots";
+  let openings = 0;
+  /** @type {Promise<void> | undefined} */
+  let opening; // events that come meanwhile are passed on afterwards
 
   /** @param {string} name */
-  function open(name) {
+  const open = (name) => (opening = load(name));
+
+  /** What is shown of another part stays until this one is there. @param {string} name */
+  async function load(name) {
+    const number = ++openings;
     part?.close();
+    part = null;
     lastOpened = name;
     tabs.forEach((tab, index) => tab.setAttribute("aria-pressed", String(Object.keys(PARTS)[index] === name)));
-    replace(body);
-    part = PARTS[name](body, store, telemetry);
-    part.update(store.get());
+    try {
+      const { mount } = await PARTS[name]();
+      if (number !== openings) return;
+      replace(body);
+      part = mount(body, store, telemetry);
+      store.update({});
+    } catch (error) {
+      if (number === openings) replace(body, problemBox(error));
+    }
   }
 
   const tabBar = el("div", { class: "switch", role: "group", "aria-label": "Workbench" }, tabs);
@@ -47,11 +64,14 @@ export function mountWorkbench(root, store, telemetry) {
     open(name = lastOpened) {
       const { robot, robots, world } = store.get();
       if (!robot) store.update({ robot: robots.find((one) => one.world === world)?.name ?? null });
-      open(name);
-      store.update({});
+      return open(name);
     },
-    onEvent: (event) => part?.onEvent?.(event),
+    async onEvent(event) {
+      await opening;
+      part?.onEvent?.(event);
+    },
     close() {
+      openings += 1;
       part?.close();
       replace(body);
       part = null;

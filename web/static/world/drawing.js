@@ -9,6 +9,8 @@ const MAX_LETTERS_M = 0.3;
 const ROBOT_M = 0.2;
 const TRAIL_POINTS = 150;
 const TRAIL_STEP_M = 0.1;
+const BESIDE_M = 0.3; // from a place's middle to its name
+const LETTER_M = [0.1, 0.2]; // width and height of letters as most maps are shown
 
 /** @returns {WorldDrawing} */
 export function createDrawing() {
@@ -43,7 +45,7 @@ export function createDrawing() {
       floors.flatMap((floor) => (floor.aisles ?? []).map((aisle) => rectangle(aisle, "aisle"))),
       slopes.map((slope) => rectangle(slope, "slope")),
       zones.map(zoneMark),
-      locations.map(placeMark),
+      locations.map((place) => placeMark(place, walls)),
       walls.map(wall),
       obstacles.map((rock) => svg("circle", { cx: rock.at[0], cy: -rock.at[1], r: rock.radius_m, class: "rock" })),
       doors.nodes,
@@ -138,10 +140,20 @@ function sampleMark(name, [x, y]) {
   return button("sample-mark", name, `sample ${name}`, svg("rect", { x: x - 0.12, y: -y - 0.12, width: 0.24, height: 0.24, rx: 0.04 }), text(name, x, -y - 0.16));
 }
 
-/** @param {Place} place */
-function placeMark({ name, kind, at: [x, y] }) {
+/** @param {Place} place @param {Wall[]} walls */
+function placeMark({ name, kind, at: [x, y] }, walls) {
   const mark = svg("rect", { x: x - 0.24, y: -y - 0.24, width: 0.48, height: 0.48, rx: 0.05 });
-  return button(`place-mark ${kind}`, name, `place ${name}`, mark, kind === "home" ? null : text(name, x, -y + 0.3, "0.8em"));
+  return button(`place-mark ${kind}`, name, `place ${name}`, mark, kind === "home" ? null : placeName(name, [x, y], walls));
+}
+
+/** Below the place or, if a wall is there, beside it. @param {string} name @param {Point} at @param {Wall[]} walls */
+function placeName(name, [x, y], walls) {
+  const half = [(name.length * LETTER_M[0]) / 2, LETTER_M[1] / 2];
+  /** @param {number[]} middle of the name */
+  const isFree = (middle) => !walls.some(({ start, end }) => [0, 1].every((axis) => Math.abs((start[axis] + end[axis]) / 2 - middle[axis]) < Math.abs(start[axis] - end[axis]) / 2 + half[axis]));
+  if (isFree([x, y - BESIDE_M - half[1]])) return text(name, x, -y + BESIDE_M, "0.8em");
+  const side = isFree([x + BESIDE_M + half[0], y]) ? 1 : -1;
+  return text(name, x + side * BESIDE_M, -y, "0.35em", side === 1 ? "right" : "left");
 }
 
 /** @param {string} kind @param {string} name @param {string} label @param {...Child} marks */
@@ -171,9 +183,9 @@ export function zoneMark(zone) {
   );
 }
 
-/** @param {string} content @param {number} x @param {number} y @param {string | null} dy */
-function text(content, x, y, dy = null) {
-  return svg("text", { x, y, dy, class: "map-name" }, content);
+/** @param {string} content @param {number} x @param {number} y @param {string | null} dy @param {string} side of that point */
+function text(content, x, y, dy = null, side = "") {
+  return svg("text", { x, y, dy, class: `map-name ${side}` }, content);
 }
 
 /** The wall, and over it its openings, each in its kind's colour. @param {Wall} wall */

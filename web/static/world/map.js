@@ -1,16 +1,21 @@
 // The live map, which needs no WebGL. A click selects a robot, or a sample and then its destination.
 
 import { get, id } from "../page/api.js";
-import { closest, el, fetchStyle } from "../page/dom.js";
+import { closest, el } from "../page/dom.js";
+import { part } from "../page/part.js";
+import { attempt } from "../page/problem.js";
 import { responseOrder, throttled } from "../page/store.js";
 import { createDrawing } from "./drawing.js";
 import { createNumbers } from "./numbers.js";
 
+const fetchEditor = part(() => import("./editor.js"), "editor");
+
 /** @param {Store} store @param {Telemetry} telemetry @param {(picked: Picked) => void} onPick @param {() => Promise<void>} loadRobots */
 export function createMap(store, telemetry, onPick, loadRobots) {
   const drawing = createDrawing();
-  const edit = el("button", { type: "button", class: "edit-world", "aria-pressed": "false", "data-testid": "edit-world", onclick: () => openEditor().catch(() => (editor = null)) }, "Edit the world");
-  const node = el("div", { class: "map", "data-testid": "map" }, drawing.node, edit, createNumbers(store));
+  const edit = el("button", { type: "button", class: "edit-world", "aria-pressed": "false", "data-testid": "edit-world", onclick: () => attempt([], problem, openEditor) }, "Edit the world");
+  const problem = el("div", { role: "alert" });
+  const node = el("div", { class: "map", "data-testid": "map" }, drawing.node, edit, problem, createNumbers(store));
   /** @type {ReturnType<typeof import("./editor.js").createEditor> | null} */
   let editor = null; // fetched when first needed
   const factsOrder = responseOrder();
@@ -56,9 +61,9 @@ export function createMap(store, telemetry, onPick, loadRobots) {
   }
 
   async function openEditor() {
+    const { createEditor } = await fetchEditor();
     if (editor === null) {
-      const [{ createEditor }] = await Promise.all([import("./editor.js"), fetchStyle("style/editor.css")]);
-      editor ??= createEditor(drawing.node, () => world);
+      editor = createEditor(drawing.node, () => world);
       node.append(editor.node);
     }
     const isOpen = Boolean(editor.node.hidden);

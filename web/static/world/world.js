@@ -1,9 +1,14 @@
 // The right pane: the world in three dimensions or as a map, and what is not known of it.
 
-import { byId, fetchStyle } from "../page/dom.js";
+import { byId, el, show } from "../page/dom.js";
+import { part, whenOpened } from "../page/part.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
+import { problemBox } from "../page/problem.js";
 import { isDark, onTheme } from "../page/theme.js";
 import { createViewFrame } from "./view_frame.js";
+
+const fetchMap = part(() => import("./map.js"), "map");
+const fetchLegend = part(() => import("./legend.js"));
 
 /** @param {Store} store @param {Telemetry} telemetry @param {(sentence: string) => void} writeGoal @param {() => Promise<void>} loadRobots */
 export function mountWorld(store, telemetry, writeGoal, loadRobots) {
@@ -11,24 +16,21 @@ export function mountWorld(store, telemetry, writeGoal, loadRobots) {
   const view = createViewFrame(pick);
   const holder = byId("stage-holder", HTMLElement);
   const camera = mountCamera(store);
-  const legend = mountLegend();
+  const legend = whenOpened(byId("legend", HTMLDetailsElement), async () => (await fetchLegend()).createLegend());
   const buttons = { view: byId("as-view", HTMLButtonElement), map: byId("as-map", HTMLButtonElement) };
   const isMap = () => holder.classList.contains("as-map");
-  /** @type {Promise<ReturnType<typeof import("./map.js").createMap>> | null} */
+  const problem = el("div", { class: "map", role: "alert" });
+  /** @type {ReturnType<typeof import("./map.js").createMap> | null} */
   let map = null;
   /** @type {{mission_id: string, time_s: number} | null} */
   let replay = null;
 
-  // The map is fetched when first needed.
-  function loadMap() {
-    map ??= Promise.all([import("./map.js"), fetchStyle("style/map.css")]).then(([{ createMap }]) => {
-      const created = createMap(store, telemetry, pick, loadRobots);
-      holder.append(created.node);
-      return created;
-    }).catch((problem) => {
-      map = null; // fetched again the next time
-      throw problem;
-    });
+  async function loadMap() {
+    const { createMap } = await fetchMap();
+    if (map === null) {
+      map = createMap(store, telemetry, pick, loadRobots);
+      holder.append(map.node);
+    }
     return map;
   }
 
@@ -47,8 +49,14 @@ export function mountWorld(store, telemetry, writeGoal, loadRobots) {
     legend.hidden = chosen === "map";
     holder.classList.toggle("as-map", chosen === "map");
     update();
-    const loaded = await (chosen === "map" ? loadMap() : map);
-    loaded?.show(isMap()); // the other button may have been pressed meanwhile
+    problem.remove();
+    try {
+      if (isMap()) await loadMap();
+      map?.show(isMap()); // the other button may have been pressed meanwhile
+    } catch (error) {
+      holder.append(problem);
+      show(problem, problemBox(error));
+    }
   }
 
   buttons.view.addEventListener("click", () => choose("view"));
@@ -72,7 +80,7 @@ export function mountWorld(store, telemetry, writeGoal, loadRobots) {
     },
     async showLive() {
       replay = null;
-      (await map)?.replay(null);
+      map?.replay(null);
     },
   };
 }
@@ -107,11 +115,4 @@ function createPicking(store, writeGoal) {
       store.update({ sample: null });
     } else note.textContent = "Pick a sample first, then the place it is to go to.";
   };
-}
-
-/** What the colours mean, fetched when it is first opened. */
-function mountLegend() {
-  const legend = byId("legend", HTMLElement);
-  legend.addEventListener("toggle", async () => legend.append((await import("./legend.js")).createLegend()), { once: true });
-  return legend;
 }

@@ -1,8 +1,0 @@
-// The diagram's style, fetched once.
-
-import { fetchStyle } from "../page/dom.js";
-
-/** @type {Promise<unknown> | undefined} */
-let style;
-
-export const fetchSpeechStyle = () => (style ??= fetchStyle("style/speech.css"));
