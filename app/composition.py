@@ -280,6 +280,7 @@ class Service:
             margin=margin,
             requests=self._requests,
             worlds=self._files,
+            clocks=self.clocks,
             perceives=self._perceives,
             tenders=self.tenders,
         )

@@ -21,6 +21,7 @@ from planner.knowledge import (
     scale_term,
     shipped_knowledge_base,
 )
+from planner.plan_nets.forecast import Distribution, Forecast, GoalForecast, Spread, Spreads
 from planner.plan_nets.plan_net import (
     GOAL,
     INITIAL,
@@ -58,7 +59,10 @@ __all__ = [
     "Access",
     "CausalLink",
     "Crossing",
+    "Distribution",
     "Fact",
+    "Forecast",
+    "GoalForecast",
     "GroundAction",
     "InvalidPlan",
     "Keeping",
@@ -80,6 +84,8 @@ __all__ = [
     "Progress",
     "QuantitySpec",
     "Senses",
+    "Spread",
+    "Spreads",
     "awaits_of",
     "faults_of",
     "keep_in_step",

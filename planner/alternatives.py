@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from planner.explanation.recruiting import recruitment_of, robots_by_work
 from planner.knowledge import KnowledgeBase
 from planner.knowledge.phrases import enumeration
+from planner.plan_nets.completion import forecast
+from planner.plan_nets.forecast import Forecast
 from planner.plan_nets.plan_net import PlanNet
 from planner.problem.interface import (
     UNOBSERVED,
@@ -23,6 +25,10 @@ from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 
 SHORTEST = "shortest time"
+CRITERIA = (Objective.MAKESPAN, Objective.ROBOTS, Objective.ENERGY)
+"""What is planned for; which plan is the most likely on time is looked for among those."""
+LIKELIER = 0.01
+"""Chances to be on time that differ by less count as equal."""
 
 Activities = tuple[tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]], ...]
 
@@ -35,6 +41,13 @@ class Alternative:
     words: str
     result: PlanningResult
     plan_net: PlanNet
+    forecast: Forecast
+
+    @property
+    def on_time(self) -> float:
+        """The probability that all goals keep their deadlines; 1 if none has one."""
+        chance = self.forecast.on_time()
+        return 1.0 if chance is None else chance
 
 
 def alternatives(
@@ -54,10 +67,10 @@ def alternatives(
     :param proposed: a plan that is known already, one more to choose from.
     """
     statics = StaticFacts(knowledge_base, problem)
-    pool = _Pool(engine, statics, request, observer)
+    pool = _Pool(engine, statics, problem, request, observer)
     if proposed is not None:
         pool.add(proposed)
-    for objective in Objective:
+    for objective in CRITERIA:
         pool.solve(problem, objective)
     if not pool.plans:
         return ()
@@ -66,8 +79,9 @@ def alternatives(
     labels: dict[Activities, list[str]] = {}
     for label, plan_net in _claims(pool, shortest):
         labels.setdefault(activities(plan_net), []).append(label)
+    quickest = pool.plans[activities(shortest)]
     return tuple(
-        replace(pool.plans[key], label=", ".join(names), words=_compared(pool.plans[key].plan_net, shortest))
+        replace(pool.plans[key], label=", ".join(names), words=_compared(pool.plans[key], quickest))
         for key, names in list(labels.items())[:k]
     )
 
@@ -100,10 +114,16 @@ class _Pool:
     """The plans found so far, no two of which do the same."""
 
     def __init__(
-        self, engine: PlanningEngine, statics: StaticFacts, request: PlanningRequest, observer: Observer
+        self,
+        engine: PlanningEngine,
+        statics: StaticFacts,
+        problem: PlanningProblem,
+        request: PlanningRequest,
+        observer: Observer,
     ) -> None:
         """:param statics: of the problem as it is, in which every robot may be recruited."""
         self._statics = statics
+        self._problem = problem
         self._solving = TimeLimitedEngine(engine, request, observer)
         self.plans: dict[Activities, Alternative] = {}
 
@@ -113,8 +133,9 @@ class _Pool:
             return
         known = self.plans.get(activities(plan_net))
         if known is None or plan_net.makespan_s < known.plan_net.makespan_s:
+            likely = forecast(plan_net, self._problem.deadlines_s, self._problem.spreads)
             self.plans[activities(plan_net)] = Alternative(
-                label="", words="", result=result, plan_net=plan_net
+                label="", words="", result=result, plan_net=plan_net, forecast=likely
             )
 
     def solve(self, problem: PlanningProblem, objective: Objective) -> None:
@@ -145,6 +166,9 @@ def _claims(pool: _Pool, shortest: PlanNet) -> Iterator[tuple[str, PlanNet]]:
     """Each criterion in which the plans differ, with the plan that is best by it."""
     plan_nets = pool.plan_nets()
     yield SHORTEST, shortest
+    surest = max(pool.plans.values(), key=lambda plan: plan.on_time)
+    if surest.on_time > pool.plans[activities(shortest)].on_time + LIKELIER:
+        yield "most likely on time", surest.plan_net
     if _differ(len(net.robots) for net in plan_nets):
         yield "fewest robots", pool.best(_team)
     if _differ(net.energy_j for net in plan_nets):
@@ -164,14 +188,20 @@ def _differ(figures: Iterable[float]) -> bool:
     return len(set(figures)) > 1
 
 
-def _compared(plan_net: PlanNet, shortest: PlanNet) -> str:
+def _compared(plan: Alternative, quickest: Alternative) -> str:
     """In words: what the plan costs and saves against the shortest; empty for that itself."""
+    plan_net = plan.plan_net
+    shortest = quickest.plan_net
     if plan_net is shortest:
         return ""
+    likelier = plan.on_time - quickest.on_time
     robots = set(plan_net.robots)
     others = set(shortest.robots)
     differences = [
         _more(plan_net.makespan_s - shortest.makespan_s, " s", "longer", "shorter"),
+        _more(100 * likelier, " %", "likelier on time", "less likely on time")
+        if abs(likelier) > LIKELIER
+        else "",
         _exchanged(sorted(robots - others), sorted(others - robots)),
         _more(plan_net.distance_m - shortest.distance_m, " m", "more to drive", "less to drive"),
         _more(plan_net.energy_j - shortest.energy_j, " J", "more", "less"),

@@ -231,6 +231,24 @@ interface Tender {
   legs: TenderLeg[];
 }
 
+interface GoalForecast {
+  goal: Fact;
+  p10_s: number;
+  p50_s: number;
+  p90_s: number;
+  deadline_s: number | null;
+  on_time: number | null;
+}
+
+/** When goals are likely achieved; the quantiles belong to `probabilities`. */
+interface PlanForecast {
+  goals: GoalForecast[];
+  on_time: number | null;
+  lateness_quantiles_s: number[];
+  probabilities: number[];
+  made_at_s: number;
+}
+
 interface Plan {
   id: string;
   goal_id: string;
@@ -249,6 +267,8 @@ interface Plan {
   comparison?: string;
   lanes: Record<string, [start_s: number, end_s: number, tag: string][]>;
   late?: { goal: Fact; late_s: number }[];
+  forecast?: PlanForecast | null;
+  on_time?: number | null;
   overtaken?: string[];
   repairs?: { plan_id: string; course: string; difference: PlanDifference } | null;
   recruitment?: Record<string, string>;

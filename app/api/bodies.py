@@ -304,15 +304,20 @@ class PlanChoice(BaseModel):
     energy_j: float
     robots: list[str]
     clearances: int
+    on_time: float | None = Field(
+        description="probability that every deadline is kept if it starts now; null if there is none"
+    )
     actions: int
     lanes: dict[str, list[tuple[float, float, str]]] = Field(
         description="what each robot does: start and end, seconds from the plan's start, and tag, in order"
     )
 
     @classmethod
-    def of(cls, row: PlanRow) -> Self:
+    def of(cls, row: PlanRow, *, start_s: float | None = None) -> Self:
+        """:param start_s: when it starts, by the world's clock; None: when it was to."""
         body = plan_body(row)
-        made = {"actions", "robots", "lanes"}
+        likely = body.forecast if body.forecast is None else body.forecast.starting_at(start_s)
+        made = {"actions", "robots", "lanes", "on_time"}
         plain = {name: getattr(body, name) for name in cls.model_fields if name not in made}
         lanes = {
             robot: sorted(
@@ -322,7 +327,13 @@ class PlanChoice(BaseModel):
             )
             for robot in body.robots
         }
-        return cls(**plain, robots=list(body.robots), actions=len(body.actions), lanes=lanes)
+        return cls(
+            **plain,
+            robots=list(body.robots),
+            actions=len(body.actions),
+            on_time=None if likely is None else likely.on_time,
+            lanes=lanes,
+        )
 
 
 class PoseBody(BaseModel):

@@ -52,7 +52,7 @@ def _facts(stated: Sequence[StatedFact] | None) -> Sequence[SymbolicFact] | None
     return [SymbolicFact(predicate=one.predicate, args=one.args) for one in stated]
 
 
-def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
+def goals_router(goals: GoalService, alternatives: Alternatives, plans: PlanApproval) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/goals", status_code=202, responses=declared(404, 409, 429))
@@ -112,7 +112,8 @@ def goals_router(goals: GoalService, alternatives: Alternatives) -> APIRouter:
     @router.get("/goals/{goal_id}/plans")
     def compare_plans(goal_id: Id) -> Page[PlanChoice]:
         """The goal's open plans with their figures, shortest first. Approving one supersedes the others."""
-        return Page(items=[PlanChoice.of(row) for row in alternatives.plans(goal_id)])
+        rows = alternatives.plans(goal_id)
+        return Page(items=[PlanChoice.of(row, start_s=plans.start_of(row)) for row in rows])
 
     return router
 
@@ -130,13 +131,14 @@ def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanEx
     ) -> Response:
         known = plan_json.known()
         rows, token = plans.newest(goal_id=goal_id, state=state, limit=limit, after=after, without_body=known)
-        return json_page([plan_json.of(row, known) for row in rows], token)
+        return json_page([plan_json.of(row, known, start=plans.start_of) for row in rows], token)
 
     @router.get("/plans/{plan_id}", response_model=PlanBody)
     def get_plan(plan_id: Id) -> Response:
         known = plan_json.known()
         row = plans.get(plan_id, without_body=known)
-        return Response(plan_json.of(row, known, plans.why_stale(row)), media_type=JSON)
+        shown = plan_json.of(row, known, plans.why_stale(row), start=plans.start_of)
+        return Response(shown, media_type=JSON)
 
     @router.get("/plans/{plan_id}/explanation", responses=declared(409))
     def explain_plan(plan_id: Id) -> ExplanationBody:

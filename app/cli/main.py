@@ -120,7 +120,8 @@ def plan(
         float | None, typer.Option(min=0, help="Seconds to improve the first plan (default: by its size).")
     ] = None,
     objective: Annotated[
-        Literal["makespan", "robots", "energy"], typer.Option(help="Quantity to minimise.")
+        Literal["makespan", "robots", "energy", "on_time"],
+        typer.Option(help="Quantity to minimise; on_time: the goals that are expected to miss the deadline."),
     ] = "makespan",
     deadline: Annotated[float | None, typer.Option(help="Seconds until every goal must be true.")] = None,
     engine: Annotated[

@@ -18,7 +18,7 @@ from app.cli.trials.offline_mission import goal_problem
 from app.domain.errors import Invalid
 from app.domain.explanation_document import ExplanationBody
 from app.domain.goal_language.verbs import Verbs
-from app.domain.plan_document import PlanBody
+from app.domain.plan_document import ForecastBody, PlanBody
 from app.domain.world_model import initial_facts
 from app.domain.world_model.senses import Perceives
 from app.planning.pool.waiting_line import is_large
@@ -37,6 +37,7 @@ from planner.errors import UnknownEngine, Unsupported
 from planner.explanation import explain
 from planner.interchange.foreign import ReadProblem, import_problem
 from planner.interchange.pddl import Form, pddl_of
+from planner.plan_nets.completion import forecast
 from robots.compilation import compile_once, is_compiled, uncompiled
 from robots.world import WorldFile
 
@@ -101,7 +102,13 @@ class ExtrasRequest:
                 proposed=result,
             )
             others = tuple(
-                PlanBody.of_result(one.result, knowledge_base, label=one.label, comparison=one.words)
+                PlanBody.of_result(
+                    one.result,
+                    knowledge_base,
+                    label=one.label,
+                    comparison=one.words,
+                    forecast=ForecastBody.of(one.forecast, knowledge_base),
+                )
                 for one in found
             )
         if self.explanation:
@@ -239,7 +246,14 @@ def _plan(
         words = f"[bold red]No plan[/] ({result.status}): {escape(result.reason)}"
         errors.print(words)
         return 1
-    body = PlanBody.of_result(result, knowledge_base, world=world)
+    body = PlanBody.of_result(
+        result,
+        knowledge_base,
+        world=world,
+        forecast=ForecastBody.of(
+            forecast(result.plan_net, problem.deadlines_s, problem.spreads), knowledge_base
+        ),
+    )
     if as_json:
         _print(found.document(body))
     else:

@@ -1,6 +1,6 @@
 """Plans, alternatives and explanations as text for a terminal."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import ceil
 
 from rich.box import SIMPLE_HEAD
@@ -11,7 +11,7 @@ from rich.table import Table
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
 from app.domain.goal_language.stated_holds import HoldPreview
 from app.domain.goal_language.terms import Reading
-from app.domain.plan_document import ActionBody, PlanBody, RepairsBody
+from app.domain.plan_document import ActionBody, ForecastBody, PlanBody, RepairsBody
 from app.domain.tender_document import TenderBody
 
 EQUAL_S = 0.05
@@ -19,6 +19,8 @@ EQUAL_S = 0.05
 LONGEST_PATH = 12
 """The most actions of a critical path that are shown; of a longer one only the two ends are."""
 MAX_WAITS = 5
+MAX_FORECASTS = 8
+"""The most goals of which it is said when they are likely achieved."""
 
 
 def show_terms(
@@ -53,9 +55,40 @@ def show_plan(console: Console, plan: PlanBody) -> None:
         show_repairs(console, plan.repairs)
     for late in plan.late:
         console.print(f"[bold red]{escape(str(late.goal))}[/] comes {late.late_s:.0f} s after its deadline")
+    if plan.forecast is not None:
+        for line in _forecast(plan.forecast):
+            console.print(line)
     figures = (f"[bold]{plan.makespan_s:.0f} s[/]{_gap(plan)}", _effort(plan.distance_m, plan.energy_j))
     expected = ", ".join(filter(None, figures))
     console.print(f"Expected to take {expected}; planned by {plan.engine} in {plan.planning_s:.2f} s.\n")
+
+
+def _forecast(likely: ForecastBody) -> Iterator[str]:
+    """When the goals are likely achieved, the least likely on time first."""
+    if likely.on_time is not None:
+        due = sum(goal.deadline_s is not None for goal in likely.goals)
+        what = "its deadline is kept" if due == 1 else f"all {due} deadlines are kept"
+        yield f"[bold]On time[/]: {_percent(likely.on_time)} that {what}"
+    ranked = sorted(
+        likely.goals, key=lambda goal: (2.0 if goal.on_time is None else goal.on_time, -goal.p90_s)
+    )
+    for goal in ranked[:MAX_FORECASTS]:
+        by = ""
+        if goal.on_time is not None and goal.deadline_s is not None:
+            by = f"{_percent(goal.on_time)} by {goal.deadline_s:.0f} s; "
+        yield (
+            f"  {escape(str(goal.goal))}: {by}half of the time within {goal.p50_s:.0f} s, "
+            f"10 to 90 % in {goal.p10_s:.0f} to {goal.p90_s:.0f} s"
+        )
+    if len(ranked) > MAX_FORECASTS:
+        yield f"  and {len(ranked) - MAX_FORECASTS} more"
+
+
+def _percent(chance: float) -> str:
+    """In words; only what happened in every sample, or in none, is 100 or 0 %."""
+    if 0.0 < chance < 0.005 or 0.995 < chance < 1.0:
+        return "< 1 %" if chance < 0.5 else "> 99 %"
+    return f"{100 * chance:.0f} %"
 
 
 def _clearances(plan: PlanBody) -> list[str]:
@@ -90,16 +123,19 @@ def show_alternatives(console: Console, plans: Sequence[PlanBody]) -> None:
     """Show a table of the alternative plans."""
     table = Table(title="Alternatives", title_justify="left", box=SIMPLE_HEAD)
     table.add_column("Best at")
-    for name in ("Takes, s", "Drives, m", "Uses, J", "To clear"):
+    chances = [plan.forecast.on_time if plan.forecast is not None else None for plan in plans]
+    has_deadline = any(chance is not None for chance in chances)
+    for name in ("Takes, s", "Drives, m", "Uses, J", "To clear", *(["On time"] if has_deadline else [])):
         table.add_column(name, justify="right")
     table.add_column("Robots", style="cyan")
-    for plan in plans:
+    for plan, chance in zip(plans, chances, strict=True):
         table.add_row(
             escape(plan.label),
             f"{plan.makespan_s:.1f}",
             f"{plan.distance_m:.1f}",
             f"{plan.energy_j:.0f}",
             str(plan.clearances),
+            *([] if chance is None else [_percent(chance)]),
             ", ".join(plan.robots),
         )
     console.print(table)

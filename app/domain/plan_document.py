@@ -12,7 +12,10 @@ from app.domain.world_model.senses import why_cleared
 from app.domain.world_model.vocabulary import planner_fact, symbolic, symbolic_all, types_in
 from planner import (
     CausalLink,
+    Distribution,
     Fact,
+    Forecast,
+    GoalForecast,
     Keeping,
     KnowledgeBase,
     Ordering,
@@ -21,6 +24,7 @@ from planner import (
     PlanNetAction,
     PlanningResult,
 )
+from planner.plan_nets.forecast import PROBABILITIES
 from planner.repair import Course
 from robots.wire import SymbolicFact
 
@@ -87,6 +91,88 @@ class LateGoalBody(PlanPart):
     late_s: float
 
 
+class GoalForecastBody(PlanPart):
+    """When a goal is likely achieved, seconds from the plan's start."""
+
+    goal: SymbolicFact
+    p10_s: float = Field(description="it is achieved by then with a probability of 10 %")
+    p50_s: float
+    p90_s: float
+    deadline_s: float | None = Field(default=None, description="null if it has none")
+    on_time: float | None = Field(default=None, ge=0, le=1, description="probability to keep its deadline")
+    quantiles_s: tuple[float, ...] = Field(description="of its completion, at the forecast's `probabilities`")
+
+
+class ForecastBody(PlanPart):
+    """When the plan's goals are likely achieved if no action fails, by how far durations have varied."""
+
+    goals: tuple[GoalForecastBody, ...]
+    on_time: float | None = Field(
+        default=None, ge=0, le=1, description="probability that every deadline is kept; null if there is none"
+    )
+    lateness_quantiles_s: tuple[float, ...] = Field(
+        default=(), description="of how late the latest goal is, negative: early; empty without deadlines"
+    )
+    probabilities: tuple[float, ...] = PROBABILITIES
+    made_at_s: float = Field(default=0.0, description="the start that deadlines count from, world's clock")
+    delay_s: float = Field(
+        default=0.0,
+        description="how much later than that it starts: now, while it waits for a decision; else when its mission "
+        "began; the chances are those of this start (0 without deadlines)",
+    )
+
+    @classmethod
+    def of(cls, forecast: Forecast, knowledge_base: KnowledgeBase, *, made_at_s: float = 0.0) -> Self:
+        return cls(
+            goals=tuple(_goal_forecast(one, symbolic(one.goal, knowledge_base)) for one in forecast.goals),
+            on_time=_rounded(forecast.on_time()),
+            lateness_quantiles_s=() if forecast.lateness_s is None else forecast.lateness_s.quantiles,
+            made_at_s=made_at_s,
+        )
+
+    def starting_at(self, start_s: float | None) -> Self:
+        """The same with the chances of a start at that time of the world's clock; None: when it was to."""
+        if start_s is None:
+            return self
+        delay_s = max(0.0, start_s - self.made_at_s)
+        late = self.lateness_quantiles_s
+        goals = [
+            one.model_copy(
+                update={"on_time": _rounded(_chance(one.quantiles_s, one.deadline_s, delay_s=delay_s))}
+            )
+            for one in self.goals
+        ]
+        return self.model_copy(
+            update={
+                "goals": tuple(goals),
+                "on_time": _rounded(_chance(late, 0.0, delay_s=delay_s)) if late else None,
+                "delay_s": round(delay_s, 3),
+            }
+        )
+
+
+def _goal_forecast(one: GoalForecast, goal: SymbolicFact) -> GoalForecastBody:
+    return GoalForecastBody(
+        goal=goal,
+        p10_s=one.completion_s.quantile(0.1),
+        p50_s=one.completion_s.quantile(0.5),
+        p90_s=one.completion_s.quantile(0.9),
+        deadline_s=one.deadline_s,
+        on_time=_rounded(one.on_time()),
+        quantiles_s=one.completion_s.quantiles,
+    )
+
+
+def _chance(quantiles_s: tuple[float, ...], by_s: float | None, *, delay_s: float) -> float | None:
+    if by_s is None:
+        return None
+    return Distribution(quantiles=quantiles_s).probability_up_to(by_s - delay_s)
+
+
+def _rounded(chance: float | None) -> float | None:
+    return None if chance is None else round(chance, 4)
+
+
 class DifferenceBody(PlanPart):
     """How this plan differs from an old one, by the actions' old and new ids."""
 
@@ -130,6 +216,9 @@ class PlanBody(PlanPart):
         default=(), description="a longest chain of actions: what the makespan is made of"
     )
     late: tuple[LateGoalBody, ...] = ()
+    forecast: ForecastBody | None = Field(
+        default=None, description="null for plans that earlier versions have recorded"
+    )
     clearances: int = Field(default=0, description="orderings for which a robot waits for clearance")
     senses: dict[str, tuple[str, ...]] = Field(
         default={},

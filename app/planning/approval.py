@@ -2,7 +2,7 @@
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
@@ -43,6 +43,7 @@ from app.store.standing_holds import standing_holds
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
 from planner import Fact, PlanNet, number_words
+from robots.clock import Clock
 from robots.world import WorldFile
 
 AUTOMATIC = "auto_approve"
@@ -61,11 +62,12 @@ class PlanApproval:
         margin: Margin,
         requests: PlanningRequests,
         worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
         perceives: Perceives | None = None,
         tenders: Tenders | None = None,
     ) -> None:
         """
-        :param worlds: their newest editions by name.
+        :param worlds: their newest editions by name; likewise the clocks.
         :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
         :param tenders: None: robots do not bid for goals.
         """
@@ -77,6 +79,7 @@ class PlanApproval:
         self._staleness = Staleness(core, worlds, perceives)
         self._margin = margin
         self._requests = requests
+        self._clocks = clocks
         self._tenders = tenders
 
     def get(self, plan_id: str, *, without_body: Container[str] = ()) -> PlanRow:
@@ -90,6 +93,19 @@ class PlanApproval:
             return []
         with self._database.read() as session:
             return self._staleness.of(session, plan, session.get_one(GoalRow, plan.goal_id))
+
+    def start_of(self, plan: PlanRow) -> float | None:
+        """When the plan starts by its world's clock: now, while it waits for a decision; else when a mission began it.
+
+        None if its world does not run, or no mission has begun it, or one has replaced it.
+        """
+        if plan.state == PlanState.PROPOSED:
+            return self._clocks[plan.world].now_s() if plan.world in self._clocks else None
+        if plan.state != PlanState.APPROVED:
+            return None
+        begun = func.coalesce(MissionRow.revised_at_s, MissionRow.started_at_s)
+        with self._database.read() as session:
+            return session.scalar(select(begun).where(MissionRow.plan_id == plan.id))
 
     def newest(
         self,

@@ -215,7 +215,15 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         if self._tenders is not None and tender is not None and solution.result.plan_net is not None:
             tender = self._tenders.planned(tender, solution.result.plan_net, task.problem)
             goal.tender = tender.model_dump(mode="json")
-        plan = self._proposals.propose(session, goal, solution.result, task.problem, repairs, tender=tender)
+        plan = self._proposals.propose(
+            session,
+            goal,
+            solution.result,
+            task.problem,
+            repairs,
+            forecast=solution.forecast,
+            tender=tender,
+        )
         goal_lifecycle.propose(goal, plan.id, plan.reason)
         self._events.append(session, GoalPlanned(subject=goal.id, plan=plan.id))
         if goal.auto_approve:

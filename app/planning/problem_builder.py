@@ -8,7 +8,7 @@ from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.durations import Durations, Kind
+from app.domain.durations import PRIOR_SAMPLES, Durations, Kind
 from app.domain.errors import Conflict
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_request
@@ -42,7 +42,7 @@ from app.store.reservations import all_reserved
 from app.store.roles import with_roles_in_force, withheld_tags
 from app.store.standing_holds import standing_holds
 from app.store.world_summary import summary_of
-from planner import Fact, Numbers, PlanNet, PlanningProblem, scale_term
+from planner import Fact, Numbers, PlanNet, PlanningProblem, Spread, Spreads, scale_term
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import RoleSpec, WorldFile
@@ -63,6 +63,7 @@ class GoalProblem:
     :param constraints: on its plans, with the places that holds keep empty.
     :param releases: the world's count of releases when the problem was built.
     :param roles: what robots can but are not recruited for by their roles, with why not, in words.
+    :param built_at_s: when, by the world's clock; deadlines count from then.
     """
 
     problem: PlanningProblem
@@ -73,6 +74,7 @@ class GoalProblem:
     releases: int
     constraints: AppliedConstraints = NOTHING_WITHHELD
     roles: Mapping[Fact, str] = field(default_factory=dict)
+    built_at_s: float = 0.0
 
     def without(self, robots: Collection[str]) -> "GoalProblem":
         """The same problem without these robots, which are not waited for either."""
@@ -179,7 +181,8 @@ class ProblemBuilder:
             for robot, (role, tags) in limited.items()
             for tag in tags
         }
-        factors = factors_of(learned_durations(session, goal.world))
+        learned = learned_durations(session, goal.world)
+        factors = factors_of(learned)
         reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
         spots = {**initial_spots(world), **reported}
         permitted = within.applied_to(facts)
@@ -196,10 +199,11 @@ class ProblemBuilder:
             perceives=self._perceives,
             is_held=goal.mission_id is not None,
         )
-        problem = replace(problem, stages=stages, numbers=numbers)
+        problem = replace(problem, stages=stages, numbers=numbers, spreads=spreads_of(learned))
+        built_at_s = self._clocks[goal.world].now_s()
         issues = blocking(check_request(stated, constraints, played, facts, self._knowledge_base))
         return GoalProblem(
-            problem=self._urgent(_scaled(problem, factors), goal),
+            problem=_urgent(_scaled(problem, factors), goal, built_at_s),
             withheld=Withheld(
                 whole=replace(problem, facts=_with_releases(applied, reserved).applied_to(facts)),
                 missions={str(one): one.reservation for one in held if is_known},
@@ -213,6 +217,7 @@ class ProblemBuilder:
             releases=summary.releases,
             constraints=within,
             roles=roles,
+            built_at_s=built_at_s,
         )
 
     def current(self, session: Session, plan: PlanRow) -> CurrentProblem:
@@ -243,13 +248,14 @@ class ProblemBuilder:
             if quantity == BATTERY and level < self._low_battery
         }
 
-    def _urgent(self, problem: PlanningProblem, goal: GoalRow) -> PlanningProblem:
-        """The problem with the goal's priority and the time left until its deadline."""
-        priorities: dict[Fact, int] = dict.fromkeys(problem.goals, goal.priority)
-        if goal.deadline_at_s is None:
-            return replace(problem, priorities=priorities)
-        left_s = goal.deadline_at_s - self._clocks[goal.world].now_s()
-        return replace(problem, priorities=priorities, deadlines_s=dict.fromkeys(problem.goals, left_s))
+
+def _urgent(problem: PlanningProblem, goal: GoalRow, now_s: float) -> PlanningProblem:
+    """The problem with the goal's priority and the time left until its deadline."""
+    priorities: dict[Fact, int] = dict.fromkeys(problem.goals, goal.priority)
+    if goal.deadline_at_s is None:
+        return replace(problem, priorities=priorities)
+    left_s = goal.deadline_at_s - now_s
+    return replace(problem, priorities=priorities, deadlines_s=dict.fromkeys(problem.goals, left_s))
 
 
 def _as_roles(limited: Mapping[str, tuple[RoleSpec, frozenset[str]]]) -> Mapping[str, str]:
@@ -269,6 +275,14 @@ def _begun_s(session: Session, goal: GoalRow) -> float | None:
 def factors_of(learned: Durations) -> Mapping[Kind, float]:
     """The factors on the durations of each action and team size."""
     return {kind: round(known.factor, 3) for kind, known in learned.items()}
+
+
+def spreads_of(learned: Durations) -> Spreads:
+    """How far the durations of each action and team size vary."""
+    return {
+        kind: Spread(relative=round(known.relative_spread, 4), observations=known.samples + PRIOR_SAMPLES)
+        for kind, known in learned.items()
+    }
 
 
 def _scaled(problem: PlanningProblem, factors: Mapping[Kind, float]) -> PlanningProblem:

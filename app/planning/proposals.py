@@ -13,13 +13,13 @@ from app.domain.events import PlanClosed, PlanProposed
 from app.domain.ids import new_id
 from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.plan import PlanState
-from app.domain.plan_document import PlanBody, RepairsBody
+from app.domain.plan_document import ForecastBody, PlanBody, RepairsBody
 from app.domain.tender_document import TenderBody
 from app.planning.problem_builder import GoalProblem
 from app.store import GoalRow, PlanRow
 from app.store.durations import key_of
 from app.store.event_log import EventLog
-from planner import GOAL, PlanningResult
+from planner import GOAL, Forecast, PlanningResult
 from robots.clock import Clock
 
 
@@ -44,12 +44,14 @@ class Proposals:
         built: GoalProblem,
         repairs: RepairsBody | None = None,
         *,
+        forecast: Forecast | None = None,
         tender: TenderBody | None = None,
     ) -> PlanRow:
         """Record a solution as a proposed plan of the goal.
 
         :param built: the problem that it solves.
         :param repairs: the plan that it replaces, if it repairs one.
+        :param forecast: when its goals are likely achieved.
         :param tender: the bids that it was made by, if robots have bid.
         :raises ValueError: if the result is not a solution.
         :raises BrokenConstraints: if the plan breaks the goal's constraints.
@@ -58,6 +60,9 @@ class Proposals:
         if broken:
             raise BrokenConstraints(f"the plan for {goal.id} breaks its constraints: {'; '.join(broken)}")
         plan_id = new_id("plan")
+        likely = None
+        if forecast is not None:
+            likely = ForecastBody.of(forecast, self._knowledge_base, made_at_s=round(built.built_at_s, 3))
         body = PlanBody.of_result(
             result,
             self._knowledge_base,
@@ -68,6 +73,7 @@ class Proposals:
             world_version=built.world_version,
             repairs=repairs,
             tender=tender,
+            forecast=likely,
         )
         plan = PlanRow(
             id=plan_id,

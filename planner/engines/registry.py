@@ -6,6 +6,7 @@ from importlib.metadata import EntryPoint
 
 from planner.engines.fast_downward import FastDownwardEngine, find_programs
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.engines.on_time import OnTimeEngine
 from planner.engines.package_engine import MakeEngine, PackageEngine, package_engines
 from planner.engines.peripherals import PeripheralEngine
 from planner.engines.portfolio import Portfolio
@@ -68,8 +69,10 @@ def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
 
 
 def _whole(engine: PlanningEngine, knowledge_base: KnowledgeBase) -> PlanningEngine:
-    """The engine with what it need not know of: goals in stages, and doors, hatches and lifts."""
-    return PeripheralEngine(StagedEngine(engine, knowledge_base), knowledge_base)
+    """The engine with what it need not know of: stages, doors, hatches and lifts, chances to be in time."""
+    return OnTimeEngine(
+        PeripheralEngine(StagedEngine(engine, knowledge_base), knowledge_base), knowledge_base
+    )
 
 
 def _of_packages() -> Mapping[str, EntryPoint]:

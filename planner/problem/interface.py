@@ -8,6 +8,7 @@ from typing import Protocol
 
 from planner.fact import Fact
 from planner.knowledge import Numbers
+from planner.plan_nets.forecast import Spreads
 from planner.plan_nets.plan_net import PlanNet, Senses
 from planner.problem.timer import Clock, Timer
 
@@ -57,7 +58,8 @@ class PlanningProblem:
     `senses`: what robots perceive, of those that do not perceive all that is sensed; it decides what keeps orderings.
     `access`: the states of doors, hatches and lifts that ways and places ask for (`planner.problem.access`).
     `recruits`: by goal, the robots that may be recruited for it, where not all may; the hierarchical engine alone keeps
-    to it, and others may still make way.
+    to it, and others may still make way. `spreads`: how far durations vary, for forecasts and `Objective.ON_TIME`; no
+    other plan depends on them.
     """
 
     objects: Mapping[str, str]
@@ -72,6 +74,7 @@ class PlanningProblem:
     senses: Senses = field(default_factory=dict)
     access: Access = field(default_factory=Access)
     recruits: Mapping[Fact, frozenset[str]] = field(default_factory=dict)
+    spreads: Spreads = field(default_factory=dict)
 
     @property
     def zones(self) -> frozenset[str]:
@@ -85,6 +88,9 @@ class Objective(StrEnum):
     MAKESPAN = "makespan"  # seconds from the plan's start to its last end
     ROBOTS = "robots"  # number of robots used
     ENERGY = "energy"  # joules of all robots together
+    ON_TIME = (
+        "on_time"  # goals that miss their deadlines, expected number by priority (`planner.engines.on_time`)
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

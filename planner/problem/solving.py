@@ -34,16 +34,22 @@ class TimeLimitedEngine:
         return self.timer.left_s < MIN_SHARE_S or self._observer.should_stop()
 
     def plan(
-        self, problem: PlanningProblem, objective: Objective | None = None, *, at_most_s: float = inf
+        self,
+        problem: PlanningProblem,
+        objective: Objective | None = None,
+        *,
+        at_most_s: float = inf,
+        seed: int | None = None,
     ) -> PlanningResult:
         """The engine's answer.
 
-        :param objective: the request's unless given.
+        :param objective: the request's unless given, likewise the seed.
         """
         begun_s = self.timer.elapsed_s
         request = replace(
             self._request,
             objective=objective or self._request.objective,
+            seed=self._request.seed if seed is None else seed,
             time_limit_s=max(min(self.timer.left_s, at_most_s), MIN_SHARE_S),
         )
         self.last = self._engine.plan(problem, request, self._observer)
@@ -51,9 +57,9 @@ class TimeLimitedEngine:
         return self.last
 
     def plan_if_time(
-        self, problem: PlanningProblem, objective: Objective | None = None
+        self, problem: PlanningProblem, objective: Objective | None = None, *, seed: int | None = None
     ) -> PlanningResult | None:
         """The engine's answer; None if less time is left than an earlier problem took, or it is to stop."""
         if self.timer.left_s < self._longest_s or self._observer.should_stop():
             return None
-        return self.plan(problem, objective)
+        return self.plan(problem, objective, seed=seed)

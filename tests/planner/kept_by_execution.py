@@ -7,6 +7,7 @@ sense and the clearances of `kept_by`. Actions take as long as chance has it.
 import heapq
 import random
 from collections import Counter
+from collections.abc import Callable
 
 from planner import Fact, Keeping, KnowledgeBase, PlanNet, PlanNetAction, PlanningProblem
 from planner.plan_nets.synchronisation import awaits_of
@@ -16,12 +17,24 @@ FACTORS = (0.05, 0.5, 1.0, 2.0, 10.0)
 
 
 class Execution:
-    """One execution; `fault` is the first thing that went wrong, None if the goals were achieved."""
+    """One execution; `fault` is the first thing that went wrong, None if the goals were achieved.
+
+    `achieved_s`: when each fact was brought about last.
+    """
 
     def __init__(
-        self, plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase, *, seed: int
+        self,
+        plan_net: PlanNet,
+        problem: PlanningProblem,
+        knowledge_base: KnowledgeBase,
+        *,
+        seed: int,
+        takes_s: Callable[[PlanNetAction], float] | None = None,
     ) -> None:
+        """:param takes_s: how long an action takes; None: one of `FACTORS` times the expected duration."""
         self.fault: str | None = None
+        self.achieved_s: dict[Fact, float] = {}
+        self._takes_s = takes_s or self._by_chance
         self._chance = random.Random(seed)
         self._state = set(problem.facts)
         self._needed: Counter[Fact] = Counter()
@@ -46,7 +59,7 @@ class Execution:
             if not self._running or self.fault is not None:
                 break
             now_s, _, action = heapq.heappop(self._running)
-            self._end(action)
+            self._end(action, now_s)
         left = [actions[0].id for actions in self._waiting.values() if actions]
         if self.fault is None and left:
             self.fault = f"nothing goes on: {', '.join(left)} wait"
@@ -74,15 +87,20 @@ class Execution:
                 self.fault = f"{action.id} {action} ends {spoilt[0]}, which another action needs"
             self._state.difference_update(action.deletes)
             self._needed.update(_held(action))
-            takes_s = action.duration_s * self._chance.choice(FACTORS)
-            heapq.heappush(self._running, (now_s + takes_s, self._chance.randrange(10**9), action))
+            ends_s = now_s + self._takes_s(action)
+            heapq.heappush(self._running, (ends_s, self._chance.randrange(10**9), action))
+
+    def _by_chance(self, action: PlanNetAction) -> float:
+        return action.duration_s * self._chance.choice(FACTORS)
 
     def _may_begin(self, action: PlanNetAction, robot: str) -> bool:
         awaited = self._awaits.get((action.id, robot), ())
         return self._state.issuperset(awaited) and self._ended.issuperset(self._cleared[action.id])
 
-    def _end(self, action: PlanNetAction) -> None:
+    def _end(self, action: PlanNetAction, now_s: float) -> None:
         self._needed.subtract(_held(action))
+        new = [fact for fact in action.effects if fact not in self._state]
+        self.achieved_s.update(dict.fromkeys(new, now_s))
         self._state.update(action.effects)
         self._ended.add(action.id)
 

@@ -90,6 +90,28 @@ def test_a_deadline_is_counted_down_and_a_plan_that_misses_it_says_so(
     expect(page.get_by_test_id("goal-due")).to_have_text("due 5.0 s ago, priority 5")
 
 
+def test_the_chance_to_be_on_time_sinks_while_a_plan_waits(page: Page, service: FakeService) -> None:
+    service.propose(GOAL, deadline_s=60.0, deadline_at_s=service.time_s + 60.0)
+    goal = {"predicate": "in", "args": ["sample_1", "bay_1"]}
+    service.plans["plan-1"]["forecast"] = {
+        "goals": [{"goal": goal, "p10_s": 40, "p50_s": 50, "p90_s": 60, "deadline_s": 60.0, "on_time": 0.9}],
+        "on_time": 0.9,
+        "lateness_quantiles_s": [-30.0, -20.0, -10.0, 0.0, 10.0],
+        "probabilities": [0.0, 0.1, 0.5, 0.9, 1.0],
+        "made_at_s": service.time_s,
+    }
+    service.publish("plan.proposed", "plan-1")
+    chance = page.get_by_test_id("on-time")
+    expect(chance).to_have_text("90 % likely on time if it starts now")
+    service.time_s += 15.0
+    expect(chance).to_have_text("30 % likely on time if it starts now")
+    service.time_s += 100.0
+    expect(chance).to_have_text("0 % likely on time if it starts now")
+    page.get_by_test_id("forecast").locator("summary").click()
+    expect(page.get_by_test_id("likely-times").locator("tbody tr")).to_have_count(1)
+    expect(page.get_by_test_id("likely-times")).to_contain_text("50.0 s")
+
+
 @pytest.mark.parametrize(("outcome", "word"), [("unsolvable", "unsolvable"), ("timed_out", "no plan found")])
 def test_only_what_is_proven_is_called_unsolvable(
     page: Page, service: FakeService, outcome: str, word: str

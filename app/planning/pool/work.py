@@ -11,6 +11,7 @@ from typing import Generic, TypeAlias, TypeVar
 from app.domain.blockers import Blockers
 from planner import (
     Fact,
+    Forecast,
     KnowledgeBase,
     Observer,
     PlanNet,
@@ -25,6 +26,7 @@ from planner import (
 )
 from planner.alternatives import alternatives
 from planner.explanation import Explanation, explain
+from planner.plan_nets.completion import forecast
 from planner.repair import NOT_BEGUN, MissionProgress, Repair, repair
 from robots.compilation import Group, compile_once
 
@@ -62,9 +64,11 @@ class Solution:
     :param repair: how it was made from another plan; None if it was not.
     :param label: what it is best at among the alternatives.
     :param comparison: what it costs and saves against the shortest alternative, in words.
+    :param forecast: when its goals are likely achieved.
     """
 
     result: PlanningResult
+    forecast: Forecast | None = None
     repair: Repair | None = None
     label: str = ""
     comparison: str = ""
@@ -82,7 +86,7 @@ class PlanWork:
     request: PlanningRequest
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
-        return _of_result(engine.plan(self.problem, self.request, observer))
+        return _of_result(engine.plan(self.problem, self.request, observer), self.problem)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,7 +103,7 @@ class RepairWork:
         repaired = self._repaired(engine, observer, self.problem)
         if repaired.plan_net is None and self.problem.recruits:
             repaired = self._repaired(engine, observer, replace(self.problem, recruits={}))
-        return _of_result(repaired.result, repaired)
+        return _of_result(repaired.result, self.problem, repaired)
 
     def _repaired(self, engine: PlanningEngine, observer: Observer, problem: PlanningProblem) -> Repair:
         return repair(
@@ -132,7 +136,10 @@ class AlternativesWork:
                 status=PlanningStatus.NOT_FOUND, reason="no plan was found for the present world"
             )
         return WorkResult.solved(
-            tuple(Solution(result=one.result, label=one.label, comparison=one.words) for one in found)
+            tuple(
+                Solution(result=one.result, label=one.label, comparison=one.words, forecast=one.forecast)
+                for one in found
+            )
         )
 
 
@@ -168,10 +175,13 @@ class ExplainWork:
         )
 
 
-def _of_result(result: PlanningResult, repaired: Repair | None = None) -> WorkResult[Solutions]:
+def _of_result(
+    result: PlanningResult, problem: PlanningProblem, repaired: Repair | None = None
+) -> WorkResult[Solutions]:
     if result.plan_net is None:
         return WorkResult(status=result.status, reason=result.reason)
-    return WorkResult.solved((Solution(result=result, repair=repaired),))
+    likely = forecast(result.plan_net, problem.deadlines_s, problem.spreads)
+    return WorkResult.solved((Solution(result=result, repair=repaired, forecast=likely),))
 
 
 def compile_planner() -> None:

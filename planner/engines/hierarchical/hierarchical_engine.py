@@ -54,6 +54,7 @@ from planner.relaxation import closed_zones, unreachable_goals, without_ways_int
 
 WEIGHTS = {
     Objective.MAKESPAN: ((1.0, 0.0, 0.0, 100.0, 0.0), (0.0, 1e-5, 1e-3, 0.0, 1e-4)),
+    Objective.ON_TIME: ((1.0, 0.0, 0.0, 100.0, 0.0), (0.0, 1e-5, 1e-3, 0.0, 1e-4)),  # what chooses is outside
     Objective.ROBOTS: ((1.0, 0.0, 1e4, 100.0, 0.0), (0.0, 1e-5, 0.0, 0.0, 1e-4)),
     Objective.ENERGY: ((1e-2, 1.0, 0.0, 100.0, 0.0), (0.0, 0.0, 1e-3, 0.0, 1e-6)),
 }

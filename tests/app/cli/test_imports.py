@@ -50,7 +50,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
             | DATABASE
             | SERVER
             | {"numpy", "pydantic_settings", "robots.repertoire"},
-            397,
+            398,
             id="world validate",
         ),
         pytest.param(
@@ -68,7 +68,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         pytest.param(
             "import app.cli.main, app.cli.serve",
             PHYSICS | COMPILER | PLANNER | {"fastapi", "dbos", "alembic"},
-            1041,
+            1043,
             id="serve, before it listens",
         ),
         pytest.param(

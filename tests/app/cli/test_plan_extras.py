@@ -1,6 +1,7 @@
 """`macta plan` with alternatives and an explanation."""
 
 import json
+import re
 
 import pytest
 from rich.console import Console
@@ -40,6 +41,25 @@ def test_a_terminal_shows_a_table_of_plans_and_the_reasons(monkeypatch: pytest.M
     assert "no other robot reaches bay_7" in words
     assert "brings about that sample_1 is in bay_7: a goal" in words
     assert "What determines the makespan" in words
+
+
+def test_a_plan_tells_when_goals_are_likely_achieved_and_how_likely_in_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+    done = CliRunner().invoke(
+        app, [*GOAL, "--deadline", "60", "--objective", "on_time", "--alternatives", "2"]
+    )
+    words = " ".join(done.stdout.split())
+    assert re.search(r"On time: [1-9]\d % that its deadline is kept", words)
+    assert re.search(
+        r"in\(sample_1, bay_7\): [1-9]\d % by 60 s; half of the time within \d+ s, 10 to 90 % in", words
+    )
+    assert re.search(r"To clear On time Robots", words)
+    without = CliRunner().invoke(app, [*GOAL, "--json"])
+    likely = json.loads(without.stdout)["forecast"]
+    assert likely["on_time"] is None
+    assert likely["goals"][0]["p10_s"] < likely["goals"][0]["p90_s"]
 
 
 def test_without_a_plan_no_extras_are_sought() -> None:

@@ -119,7 +119,7 @@ class MissionServices:
                 self.core, speech=spoken, worlds=files, clocks=clocks, calls=calls, requests=requests
             )
         self.plans = PlanApproval(
-            self.core, margin=Margin(), requests=requests, worlds=files, tenders=self.tenders
+            self.core, margin=Margin(), requests=requests, worlds=files, clocks=clocks, tenders=self.tenders
         )
         self._engine = ScriptedEngine(plan_net)
         planning: dict[str, Any] = {

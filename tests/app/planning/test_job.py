@@ -368,6 +368,7 @@ def test_rejecting_the_plan_that_alternatives_are_compared_with_ends_the_search(
         margin=Margin(relative=0.5, absolute_s=10.0, answers_s={}),
         requests=PlanningRequests(record.core, clocks=record.clocks),
         worlds={},
+        clocks=record.clocks,
     )
     approval.reject(first, actor="me")
     goal = record.goal(goal_id)

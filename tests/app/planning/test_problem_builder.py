@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from sqlalchemy.orm import Session
 
+from app.domain.durations import PRIOR_SPREAD
 from app.domain.world_model import Reservation
 from app.planning.problem_builder import GoalProblem
 from app.store import Database, DurationRow, GoalRow
@@ -89,6 +90,16 @@ def problems(
         record.add_world(session)
         yield StoreProblems(record, session)
     database.close()
+
+
+def test_how_far_durations_vary_is_learned_with_how_long_they_are(problems: StoreProblems) -> None:
+    assert problems.build().problem.spreads == {}
+    problems.knows("DOCK", samples=97, mean=1.0)
+    spread = problems.build().problem.spreads["DOCK", 1]
+    assert spread.observations == 100
+    assert spread.relative == pytest.approx(PRIOR_SPREAD * (3 / 100) ** 0.5, abs=1e-3), (
+        "97 of 100 did not vary"
+    )
 
 
 def test_a_deadline_counts_from_now_on(problems: StoreProblems) -> None:

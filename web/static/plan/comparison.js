@@ -3,6 +3,7 @@
 import { closest, el, svg } from "../page/dom.js";
 import { seconds } from "../page/format.js";
 import { byNumber, kind } from "./drawing.js";
+import { percent } from "./percent.js";
 
 /** @type {[name: string, value: (plan: Plan) => number, format: (value: number) => string][]} */
 const FIGURES = [
@@ -12,6 +13,8 @@ const FIGURES = [
   ["robots", (plan) => plan.robots.length, String],
   ["to clear", (plan) => plan.clearances, String],
 ];
+/** @type {typeof FIGURES} */
+const WITH_DEADLINE = [...FIGURES, ["may be late", (plan) => 1 - (plan.on_time ?? 1), percent]];
 
 /**
  * The plans side by side on one scale: a small picture of each, and bars for its figures.
@@ -20,6 +23,7 @@ const FIGURES = [
 export function comparison(viewed, plans, viewPlan) {
   const end = Math.max(...plans.map((plan) => plan.makespan_s));
   const robots = [...new Set(plans.flatMap((plan) => plan.robots))].sort(byNumber);
+  const shown = plans.some((plan) => typeof plan.on_time === "number") ? WITH_DEADLINE : FIGURES;
   const cards = plans.map((plan) => {
     const isViewed = plan.id === viewed.id;
     return el(
@@ -28,7 +32,7 @@ export function comparison(viewed, plans, viewPlan) {
       el("span", { class: "choice-head" }, el("b", {}, plan.label || "the plan"), isViewed ? el("span", { class: "badge busy" }, "shown below") : null),
       miniature(plan, robots, end),
       el("span", { class: "quiet small" }, [plan.robots.join(", "), plan.comparison].filter(Boolean).join(": ")),
-      FIGURES.map(([name, value, format]) => figure(name, value(plan), plans.map(value), format)),
+      shown.map(([name, value, format]) => figure(name, value(plan), plans.map(value), format)),
     );
   });
   return el("div", { class: "beside", role: "group", "aria-label": "Plans to choose from; arrow keys go from one to the next", "data-testid": "alternatives", onkeydown: moveFocus }, cards);

@@ -2,6 +2,7 @@
 
 import { el } from "../page/dom.js";
 import { fact, seconds, words } from "../page/format.js";
+import { percent } from "./percent.js";
 
 const MAX_WAITS = 5;
 
@@ -29,6 +30,23 @@ function leg({ id, goal, team, why, parts, is_planned: isPlanned }) {
 function offer({ robot, state, offer: made, reason }) {
   const figures = made ? ` ${seconds(made.cost_s)} (free in ${seconds(made.release_s)}, way ${seconds(made.way_s)}, work ${seconds(made.work_s)}), battery ${Math.round(made.battery * 100)} % after it` : "";
   return `${robot} ${words(state)}${figures}${reason ? `: ${reason}` : ""}`;
+}
+
+/** When each goal is likely achieved, the least likely on time first. @param {PlanForecast} forecast */
+export function likelyTimes({ goals }) {
+  const ranked = [...goals].sort((one, other) => (one.on_time ?? 2) - (other.on_time ?? 2) || other.p90_s - one.p90_s);
+  return el(
+    "table",
+    { class: "actions", "data-testid": "likely-times" },
+    el("thead", {}, el("tr", {}, ["goal", "10 %", "50 %", "90 %", "due", "on time"].map((name) => el("th", { scope: "col" }, name)))),
+    el("tbody", {}, ranked.map((one) => el(
+      "tr",
+      {},
+      el("td", {}, el("code", {}, fact(one.goal))),
+      [one.p10_s, one.p50_s, one.p90_s, one.deadline_s].map((value) => el("td", { class: "number" }, seconds(value))),
+      el("td", { class: "number" }, one.on_time === null ? "–" : percent(one.on_time)),
+    ))),
+  );
 }
 
 /** @param {Plan} plan */

@@ -17,6 +17,7 @@ import { NO_CHANGES, createPicture } from "./picture.js";
 /** @typedef {typeof import("./repair.js")} Repair */
 
 const fetchAction = part(() => import("./action_detail.js"));
+const fetchChance = part(() => import("./chance.js"));
 const fetchDetails = part(() => import("./details.js"));
 const fetchRepair = part(() => import("./repair.js"));
 const HINT = "Point at an action, or go there with the arrow keys, to see what it needs and why it is there.";
@@ -35,6 +36,7 @@ export function mountPlan(store, actions) {
     if (plan) showDetail(plan, action);
     if (selected !== (action?.id ?? null)) store.update({ action: action?.id ?? null });
   });
+  const chance = el("div");
   const views = { picture: el("div", {}, picture.node, detail), table: el("div") };
   let drawn = "";
   mountDecisionKeys();
@@ -58,7 +60,7 @@ export function mountPlan(store, actions) {
   /** @param {State} state @param {Plan | null} plan */
   function draw(state, plan) {
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.keep : undefined;
-    replace(body, plan ? card(plan, state, views, actions, repair?.repairNote(plan, state.previousPlan)) : null);
+    replace(body, plan ? card(plan, state, chance, views, actions, repair?.repairNote(plan, state.previousPlan)) : null);
     if (!plan) return;
     changes = plan.repairs && repair ? repair.planChanges(plan, state.previousPlan) : NO_CHANGES;
     replace(views.table, actionTable(plan, changes));
@@ -72,7 +74,7 @@ export function mountPlan(store, actions) {
 
   store.subscribe((state) => {
     const { goal, plan, previousPlan, mission, replaying, worldTimes } = state;
-    const key = JSON.stringify([goal?.state, goal?.alternatives, plan, previousPlan?.id, state.alternatives]);
+    const key = JSON.stringify([goal?.state, goal?.alternatives, plan, previousPlan?.id, state.alternatives], steady);
     if (plan?.repairs && !repair) {
       fetchRepair().then((module) => {
         repair = module;
@@ -84,6 +86,7 @@ export function mountPlan(store, actions) {
       drawn = key;
       draw(state, plan);
     }
+    showChance(chance, plan, worldTimes[goal?.world ?? ""]); // it sinks while the plan waits
     if (replaying) return; // the player draws the recorded progress
     const isExecuted = plan && mission?.plan_id === plan.id;
     if (isExecuted) picture.showProgress(mission, worldTimes[mission.world], planSilences(mission, state));
@@ -92,8 +95,8 @@ export function mountPlan(store, actions) {
   return picture;
 }
 
-/** @param {Plan} plan @param {State} state @param {Record<string, HTMLElement>} views @param {Actions} actions @param {Child} repairNote */
-function card(plan, state, views, actions, repairNote) {
+/** @param {Plan} plan @param {State} state @param {HTMLElement} chance @param {Record<string, HTMLElement>} views @param {Actions} actions @param {Child} repairNote */
+function card(plan, state, chance, views, actions, repairNote) {
   return el(
     "article",
     { class: "card", "data-testid": "plan" },
@@ -105,6 +108,7 @@ function card(plan, state, views, actions, repairNote) {
     ),
     el("p", { class: "quiet small" }, provenance(plan)),
     figures(plan),
+    chance,
     lateGoals(plan),
     repairNote,
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
@@ -113,9 +117,27 @@ function card(plan, state, views, actions, repairNote) {
     viewChoice(views),
     legend(plan),
     later("why", "Why this plan", async ({ reasons }) => reasons(await get(`/v1/plans/${id(plan.id)}/explanation`))),
+    plan.forecast?.goals.length ? later("forecast", "When goals are likely achieved", ({ likelyTimes }) => likelyTimes(/** @type {PlanForecast} */ (plan.forecast))) : null,
     later("robots", "Why these robots", ({ robots }) => robots(plan)),
     plan.causal_links?.length ? later("causal-links", `Causal links (${plan.causal_links.length})`, ({ links }) => links(plan)) : null,
   );
+}
+
+/** @param {HTMLElement} place @param {Plan | null} plan @param {number | undefined} now */
+async function showChance(place, plan, now) {
+  if (typeof plan?.forecast?.on_time !== "number") return show(place);
+  try {
+    const { chance } = await fetchChance();
+    show(place, chance(plan, plan.forecast, now));
+  } catch (error) {
+    show(place, problemBox(error));
+  }
+}
+
+/** Leaves out of a key what sinks while a plan waits. @param {string} name @param {unknown} value */
+function steady(name, value) {
+  if (name === "forecast") return undefined;
+  return name === "on_time" && typeof value === "number" ? Math.round(100 * value) : value;
 }
 
 /** The mission's silent robots, with the seconds since the plan's start. @param {Mission} mission @param {State} state */
