@@ -18,6 +18,8 @@ OPTIONAL = {
     "mind_order_report",
     "mind_query",
     "mind_report",
+    "mind_transfer",
+    "mind_transfer_report",
     "retune",
     "rule_set",
     "rules_report",

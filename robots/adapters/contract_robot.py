@@ -33,6 +33,8 @@ from robots.wire import (
     MindOrderReport,
     MindQuery,
     MindReport,
+    MindTransfer,
+    MindTransferReport,
     Performative,
     Retune,
     RuleSet,
@@ -293,6 +295,14 @@ class ContractRobot:
                     verb=order.verb, fence=order.fence, reason=f"{self.name} has a body of its own"
                 )
                 self._mailbox.answer(message, Performative.REFUSE, stays, now_s)
+            case MindTransfer(fence=fence, mind=mind):
+                kept = MindTransferReport(
+                    fence=fence,
+                    digest=mind.digest,
+                    number=mind.number,
+                    reason=f"{self.name} is driven packet by packet and takes no minds",
+                )
+                self._mailbox.answer(message, Performative.REFUSE, kept, now_s)
             case SetPoint(driver=driver):
                 refusal = SetPointRefusal(
                     driver=driver, reason=f"{self.name} cannot be driven by an operator"

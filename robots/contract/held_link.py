@@ -14,6 +14,11 @@ class HeldLink:
         self._link = link
         self._held: list[Message] = []
 
+    @property
+    def held(self) -> Sequence[Message]:
+        """What waits."""
+        return self._held
+
     def send(self, message: Message) -> None:
         self._held.append(message)
 

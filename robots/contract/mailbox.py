@@ -17,6 +17,7 @@ from robots.wire import (
     Acknowledgement,
     Body,
     Message,
+    MindOrder,
     NotUnderstood,
     PacketReport,
     Performative,
@@ -94,6 +95,21 @@ class Mailbox:
         for report in memory.reports:
             self._kept[report.id] = _Kept(report, float("-inf"))
         self._received_s = now_s
+
+    def collect_orders_to_mind(self) -> Sequence[Message]:
+        """The orders to the robot's mind that have come, and nothing else: while another program speaks for the robot,
+        what is for that one is neither noted nor answered here.
+        """
+        new = []
+        for message in self._arrived():
+            if not isinstance(message.body, MindOrder):
+                continue
+            answer = self._answers.get(message.id)
+            if answer is not None:
+                self._send(answer)
+            else:
+                new.append(message)
+        return new
 
     def collect(self, now_s: float) -> Sequence[Message]:
         """New messages for this robot. A repeated request gets its earlier answer again and is left out.

@@ -3,7 +3,7 @@
 from pydantic import Field
 
 from robots.data import Checked, StrEnum
-from robots.wire import DelegationBid, Message
+from robots.wire import BehaviourPacket, BehaviourScript, DelegationBid, Message
 
 
 class MailboxMemory(Checked):
@@ -85,12 +85,68 @@ class DelegationMemory(Checked):
     bids: tuple[DelegationBid, ...] = ()
 
 
+class ConversationMemory(Checked):
+    """One side's view of a conversation by the protocol of that name; see `robots.social.conversation`.
+
+    `said_s`, `pause_s`, `has_arrived`: of the last message of this side, which it repeats; `heard`: the ids of the
+    partner's messages; `answer`: what the partner has said last, and `answered_s` when.
+    """
+
+    protocol: str
+    id: str
+    partner: str
+    is_mine: bool
+    state: str
+    last_said: Message | None = None
+    is_of_rules: bool = False
+    speaker: str = ""
+    last_heard: str | None = None
+    heard: tuple[str, ...] = ()
+    said_s: float
+    pause_s: float = 0.0
+    has_arrived: bool = False
+    reply_by_s: float | None = None
+    answer: Message | None = None
+    answered_s: float = 0.0
+    has_ended: bool = False
+
+
+class BidMemory(Checked):
+    """A bid for a leg, by its conversation's key, and its award by the service (`award`, heard at `awarded_s`)."""
+
+    key: str
+    leg: str
+    busy_s: float
+    packets: tuple[BehaviourPacket, ...] = ()
+    award: Message | None = None
+    awarded_s: float = 0.0
+    script_id: str = ""
+    until_s: float = 0.0
+
+
+class PersonsRequestMemory(Checked):
+    """What a person has asked for, heard at `at_s`: packets as a script of the robot's own, or a question that waits
+    for a reading until `until_s`.
+    """
+
+    message: Message
+    at_s: float
+    script: BehaviourScript | None = None
+    until_s: float = 0.0
+
+
 class SocialMemory(Checked):
     """What a robot has still to say to others, oldest first; other robots' legs that it was awarded, its own leg that
     it puts to others, and the legs that it has withdrawn.
+
+    A mind that is handed over to another program has the conversations, too: those that are open, and the last ones
+    that have ended, so that what is repeated is not taken twice; bids; and what persons have asked for.
     """
 
     owed: tuple[OwedClearance, ...] = ()
     awards: tuple[AwardMemory, ...] = ()
     delegation: DelegationMemory | None = None
     withdrawals: tuple[WithdrawalMemory, ...] = ()
+    conversations: tuple[ConversationMemory, ...] = ()
+    bids: tuple[BidMemory, ...] = ()
+    requests: tuple[PersonsRequestMemory, ...] = ()

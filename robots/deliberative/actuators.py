@@ -7,6 +7,7 @@ from typing import Protocol
 from robots.deliberative.commitments import DropReason
 from robots.deliberative.program import Verb
 from robots.deliberative.terms import Value
+from robots.executive.mind_memory import AttemptMemory, OutcomeMemory
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +20,20 @@ class Outcome:
 
 
 DONE = Outcome(True)
+
+
+def stored_outcome(outcome: Outcome | None) -> OutcomeMemory | None:
+    if outcome is None:
+        return None
+    dropped = None if outcome.dropped is None else outcome.dropped.value
+    return OutcomeMemory(is_fulfilled=outcome.is_fulfilled, words=outcome.words, dropped=dropped)
+
+
+def restored_outcome(memory: OutcomeMemory | None) -> Outcome | None:
+    if memory is None:
+        return None
+    dropped = None if memory.dropped is None else DropReason(memory.dropped)
+    return Outcome(memory.is_fulfilled, memory.words, dropped)
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -65,6 +80,11 @@ class Attempt(Protocol):
     """A packet that was activated."""
 
     @property
+    def script_id(self) -> str:
+        """The robot's own script by which it runs."""
+        ...
+
+    @property
     def outcome(self) -> Outcome | None:
         """How it has ended; None while it runs."""
         ...
@@ -79,6 +99,18 @@ class Actuators(Protocol):
 
     def activate(self, wanted: Activation) -> Attempt | Outcome | None:
         """Run a packet; an outcome if it is refused, None while another packet or claim has precedence."""
+        ...
+
+    def resume(self, wanted: Activation, memory: AttemptMemory) -> Attempt:
+        """A packet that was activated by another program, whose scripts this one has taken up."""
+        ...
+
+    def standing(self, claim: Claim) -> tuple[bool, bool]:
+        """Whether the claim has the robot's body in the next cycle, and whether it keeps it from its last packet."""
+        ...
+
+    def restore_standing(self, claim: Claim, *, is_granted: bool, keeps: bool) -> None:
+        """Let the claim have what `standing` told."""
         ...
 
     def say(self, utterance: Utterance) -> Outcome:

@@ -8,7 +8,7 @@ from robots.deliberative import commitments as life
 from robots.deliberative.actuators import Actuators, Outcome
 from robots.deliberative.beliefs import Belief, BeliefStore, Origin
 from robots.deliberative.commitments import Commitment, DropReason
-from robots.deliberative.matching import Key, Matcher, satisfied
+from robots.deliberative.matching import Change, Key, Matcher, satisfied
 from robots.deliberative.perceptors import Perceptor
 from robots.deliberative.program import (
     Activate,
@@ -26,6 +26,7 @@ from robots.deliberative.program import (
     parts_of,
 )
 from robots.deliberative.steps import FIRST_READING_S, Means, StepRun, begin
+from robots.deliberative.stored import restored_key, restored_term, stored, stored_key
 from robots.deliberative.terms import (
     NOT,
     Term,
@@ -42,6 +43,7 @@ from robots.deliberative.terms import (
 from robots.deliberative.vocabulary import EVENTS, FAILED, FULFILLED, ROLE, STARTUP
 from robots.errors import RuleError
 from robots.executive.breakpoints import HeldFiring
+from robots.executive.mind_memory import AgentMemory, BeliefMemory, CommitmentMemory
 from robots.perception.percepts import NOTHING, Needs, Percepts
 
 MAX_COMMITMENTS = 256
@@ -190,6 +192,108 @@ class Agent:
         """Believe what another run of the agent has believed."""
         for term in terms:
             self._believe(Belief(term=term, origin=Origin.ADOPTED, since_s=now_s, source="memory"))
+
+    def memory(self) -> AgentMemory:
+        """All that it believes and is committed to, between two cycles."""
+        firing = {
+            (one.query[1], one.key) for one in self._pending if one.query[0] == "rule" and one.holds
+        } | set(self._held)
+        return AgentMemory(
+            beliefs=tuple(
+                BeliefMemory(
+                    term=stored(one.term),
+                    origin=one.origin.value,
+                    source=one.source,
+                    since_s=one.since_s,
+                    words=one.words,
+                )
+                for one in self.beliefs
+            ),
+            commitments=tuple(
+                CommitmentMemory(
+                    rule=number,
+                    key=stored_key(key),
+                    number=made.number,
+                    towards=made.towards,
+                    made_s=made.made_s,
+                    due_s=made.due_s,
+                    words=made.words,
+                    run=None if run is None else run.memory(),
+                )
+                for (number, key), (made, run) in self._live.items()
+            ),
+            settled=tuple(
+                (number, stored_key(key))
+                for number in range(len(self._rules))
+                for key in self._matcher.holding(("rule", number))
+                if (number, key) not in firing
+            ),
+            events=tuple(map(stored, self._events)),
+            intended=tuple((stored(term), adopts, source) for term, adopts, source in self._intended),
+            outcomes=tuple(map(stored, self._outcomes)),
+            sensed=tuple((stored(term), words) for term, words in self._sensed.items()),
+            known=tuple(map(stored, sorted(self._known, key=str))),
+            count=self._count,
+        )
+
+    def recall(self, memory: AgentMemory) -> None:
+        """Go on from there, with the same rule files; of a new agent.
+
+        :raises RuleError: if the memory is of an agent with other rules.
+        """
+        for belief in list(self.beliefs):
+            self._cease(belief.term)
+        for one in memory.beliefs:
+            self._believe(
+                Belief(
+                    term=restored_term(one.term),
+                    origin=Origin(one.origin),
+                    source=one.source,
+                    since_s=one.since_s,
+                    words=one.words,
+                )
+            )
+        settled = {(number, restored_key(key)) for number, key in memory.settled}
+        self._matcher.changes()
+        self._pending = [
+            Change(("rule", number), key, True)
+            for number in range(len(self._rules))
+            for key in self._matcher.holding(("rule", number))
+            if (number, key) not in settled
+        ]
+        self._events = [restored_term(one) for one in memory.events]
+        self._intended = [(restored_term(term), adopts, why) for term, adopts, why in memory.intended]
+        self._outcomes = [restored_term(one) for one in memory.outcomes]
+        self._sensed = {restored_term(term): words for term, words in memory.sensed}
+        self._known = frozenset(restored_term(one) for one in memory.known)
+        self._count = memory.count
+        for commitment in memory.commitments:
+            self._recall_commitment(commitment)
+        self._renew_demand()
+
+    def _recall_commitment(self, memory: CommitmentMemory) -> None:
+        loaded = self._rules[memory.rule] if memory.rule < len(self._rules) else None
+        key = restored_key(memory.key)
+        if loaded is None or len(key) != len(loaded.kept):
+            raise RuleError(f"{self.name} has no rule {memory.rule} that commits it to {memory.key}")
+        made = Commitment(
+            number=memory.number,
+            origin=loaded.origin,
+            towards=memory.towards,
+            step=loaded.rule.step,
+            bindings=dict(zip(loaded.kept, key, strict=True)),
+            maintain=loaded.maintain,
+            made_s=memory.made_s,
+            due_s=memory.due_s,
+            name=_name_of(loaded.rule.step),
+        )
+        life.note(made, memory.words)
+        run = None
+        if memory.run is not None:
+            life.activate(made)
+            run = begin(made.step, made.bindings, self._means(made))
+            run.recall(memory.run)
+        self._live[memory.rule, key] = (made, run)
 
     def end(self, reason: DropReason, words: str, now_s: float) -> None:
         """Drop all commitments."""

@@ -10,7 +10,17 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf
 
-from robots.deliberative.actuators import DONE, Activation, Attempt, Claim, Outcome, Speak, Utterance
+from robots.deliberative.actuators import (
+    DONE,
+    Activation,
+    Attempt,
+    Claim,
+    Outcome,
+    Speak,
+    Utterance,
+    restored_outcome,
+    stored_outcome,
+)
 from robots.deliberative.agent import Agent
 from robots.deliberative.commitments import DropReason
 from robots.deliberative.costs import BATTERY, LASTS
@@ -18,6 +28,7 @@ from robots.deliberative.program import Await, RuleFile, Verb, parts_of, plans_o
 from robots.deliberative.reader import beliefs_of
 from robots.deliberative.rule_set import read_rule_set, teams_of
 from robots.deliberative.situation import CHARGING, Task, known_of, taken_over
+from robots.deliberative.stored import restored, stored
 from robots.deliberative.terms import Term, as_value, unify
 from robots.deliberative.told import told_agent, told_message
 from robots.deliberative.vocabulary import EVENT, HOME, ME, MESSAGE, PACKET, ROLE, SCRIPT
@@ -25,7 +36,7 @@ from robots.errors import RuleError
 from robots.executive.breakpoints import HeldFiring
 from robots.executive.executive import Executive
 from robots.executive.leg_cost import way_to_s
-from robots.executive.mind_memory import MindMemory
+from robots.executive.mind_memory import AttemptMemory, HeardMemory, MindMemory, SharedBodyMemory
 from robots.executive.own_packets import why_held
 from robots.perception.percepts import NOTHING, Needs, Percepts
 from robots.physical.profile import RobotProfile
@@ -168,14 +179,57 @@ class Mind:
             beliefs={agent.name: tuple(map(str, agent.lasting())) for agent in self.agents},
         )
 
+    def hand_over(self) -> MindMemory:
+        """The memory with all that the agents believe and are committed to, for another program."""
+        body = self._body
+        running = body.running
+        shared = SharedBodyMemory(count=body.count)
+        if running is not None:
+            outcome = stored_outcome(running.outcome)
+            attempt = AttemptMemory(script_id=running.script_id, outcome=outcome)
+            shared = SharedBodyMemory(count=body.count, running=attempt, rank=running.rank)
+        more = {
+            "agents": {agent.name: agent.memory() for agent in self.agents},
+            "body": shared,
+            "heard": tuple(
+                HeardMemory(performative=one.performative, other=one.other, content=stored(one.content))
+                for one in self._heard
+            ),
+            "told": tuple(self._told_messages),
+        }
+        return self.memory().model_copy(update=more)
+
     def recall(self, memory: MindMemory, now_s: float) -> None:
-        """Restore it. Rules that the robot can no longer follow are left out."""
+        """Restore it. Rules that the robot can no longer follow are left out.
+
+        :raises RuleError: if a mind that was handed over is none of these rules.
+        """
         if self.follow(memory.files, memory.version, now_s, memory.role) is not None:
+            return
+        if memory.agents is not None:
+            self._take_over(memory)
             return
         for agent in self.agents:
             for text in memory.beliefs.get(agent.name, ()):
                 with suppress(RuleError):  # a name of a message's content that no rule file can write
                     agent.adopt(beliefs_of([text]), now_s)
+
+    def _take_over(self, memory: MindMemory) -> None:
+        body = self._body
+        shared = memory.body
+        body.count = shared.count
+        body.running = None
+        if shared.running is not None:
+            body.running = _PacketAttempt(body, shared.running.script_id, shared.rank)
+            body.running.recall(shared.running)
+        for agent in self.agents:
+            if (one := (memory.agents or {}).get(agent.name)) is not None:
+                agent.recall(one)
+        self._heard = [
+            Utterance(performative=one.performative, other=one.other, content=restored(one.content))
+            for one in memory.heard
+        ]
+        self._told_messages.extend(memory.told)
 
     def hear(self, utterance: Utterance) -> bool:
         """Believe in the next cycle that someone has said this; False if no condition may match it."""
@@ -310,6 +364,9 @@ class _PacketAttempt:
                 self._outcome = Outcome(False, "the robot was ordered otherwise", DropReason.ORDER)
         return self._outcome
 
+    def recall(self, memory: AttemptMemory) -> None:
+        self._outcome = restored_outcome(memory.outcome)
+
     def cancel(self, words: str) -> None:
         if self.outcome is None and self.body.executive is not None:
             self._outcome = Outcome(False, words, DropReason.REPLACED)
@@ -347,6 +404,25 @@ class _AgentActuators:
             return Outcome(False, refusal)
         body.running = _PacketAttempt(body, own.id, self._rank, wanted.claim)
         return body.running
+
+    def resume(self, wanted: Activation, memory: AttemptMemory) -> Attempt:
+        running = self._body.running
+        if running is not None and running.script_id == memory.script_id:
+            running.claim = wanted.claim
+            return running
+        attempt = _PacketAttempt(self._body, memory.script_id, self._rank, wanted.claim)
+        attempt.recall(memory)
+        return attempt
+
+    def standing(self, claim: Claim) -> tuple[bool, bool]:
+        body = self._body
+        return body.granted is claim, body.running is not None and body.running.claim is claim
+
+    def restore_standing(self, claim: Claim, *, is_granted: bool, keeps: bool) -> None:
+        if is_granted:
+            self._body.granted = claim
+        if keeps and self._body.running is not None:
+            self._body.running.claim = claim
 
     def _may_begin(self, executive: Executive, wanted: Activation, running: _PacketAttempt | None) -> bool:
         """Whether nothing goes before a packet that an agent wants. `running`: the agents' own, None if none runs."""

@@ -11,7 +11,7 @@ from operator import itemgetter
 
 from robots.conditions.own_state import Bumped
 from robots.conditions.verdict import Condition
-from robots.deliberative.actuators import DONE, Activation, Outcome, Utterance
+from robots.deliberative.actuators import DONE, Activation, Attempt, Claim, Outcome, Utterance
 from robots.deliberative.agent import Agent
 from robots.deliberative.commitments import Commitment
 from robots.deliberative.perceptors import Perceptor, condition_kinds
@@ -20,6 +20,8 @@ from robots.deliberative.rule_set import teams_of
 from robots.deliberative.situation import Task, known_of, taken_over
 from robots.deliberative.terms import Term
 from robots.deliberative.vocabulary import EVENT, HOME, ME, PACKET, SCRIPT
+from robots.errors import RuleError
+from robots.executive.mind_memory import AttemptMemory
 from robots.perception.percepts import Needs, Percepts
 from robots.reactive.stall import for_rules
 from robots.repertoire import Repertoire
@@ -133,6 +135,16 @@ class _Pretended:
 
     def activate(self, wanted: Activation) -> Outcome:
         return DONE
+
+    def resume(self, wanted: Activation, memory: AttemptMemory) -> Attempt:
+        """:raises RuleError: always: a rehearsal begins at its beginning."""
+        raise RuleError(f"{wanted.tag} cannot be gone on with in a rehearsal")
+
+    def standing(self, claim: Claim) -> tuple[bool, bool]:
+        return False, False
+
+    def restore_standing(self, claim: Claim, *, is_granted: bool, keeps: bool) -> None:
+        """Nothing: no claim waits."""
 
     def say(self, utterance: Utterance) -> Outcome:
         return DONE

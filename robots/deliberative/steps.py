@@ -4,7 +4,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from robots.deliberative.actuators import DONE, Activation, Actuators, Attempt, Claim, Outcome, Utterance
+from robots.deliberative.actuators import (
+    DONE,
+    Activation,
+    Actuators,
+    Attempt,
+    Claim,
+    Outcome,
+    Utterance,
+    restored_outcome,
+    stored_outcome,
+)
 from robots.deliberative.beliefs import BeliefStore
 from robots.deliberative.costs import cost_of
 from robots.deliberative.matching import satisfied, solutions
@@ -23,7 +33,19 @@ from robots.deliberative.program import (
     Steer,
     Step,
 )
+from robots.deliberative.stored import restored_bindings, stored_bindings
 from robots.deliberative.terms import Bindings, Term, Value, instance, shown, substitute
+from robots.errors import RuleError
+from robots.executive.mind_memory import (
+    AttemptMemory,
+    ChosenStep,
+    DelayStep,
+    PacketStep,
+    ParallelStep,
+    PlainStep,
+    StepMemory,
+    TurnStep,
+)
 
 TIMEOUT = "timeout_s"
 WAIT_TIMEOUT = "wait_timeout_s"
@@ -61,6 +83,17 @@ class StepRun(Protocol):
 
     def cancel(self, words: str) -> None:
         """End what it has begun."""
+        ...
+
+    def memory(self) -> StepMemory:
+        """How far it is."""
+        ...
+
+    def recall(self, memory: StepMemory) -> None:
+        """Go on from there; of a new run.
+
+        :raises RuleError: if the memory is of another kind of step.
+        """
         ...
 
 
@@ -114,6 +147,13 @@ class _Instant:
     def cancel(self, words: str) -> None:
         """Nothing: it has not begun, or has ended."""
 
+    def memory(self) -> StepMemory:
+        return PlainStep()
+
+    def recall(self, memory: StepMemory) -> None:
+        if not isinstance(memory, PlainStep):
+            raise _unfit(memory)
+
 
 class _Packet:
     """A packet of the repertoire."""
@@ -150,6 +190,19 @@ class _Packet:
         if self._attempt is not None:
             self._attempt.cancel(words)
 
+    def memory(self) -> StepMemory:
+        attempt = self._attempt
+        if attempt is None:
+            return PacketStep()
+        outcome = stored_outcome(attempt.outcome)
+        return PacketStep(attempt=AttemptMemory(script_id=attempt.script_id, outcome=outcome))
+
+    def recall(self, memory: StepMemory) -> None:
+        if not isinstance(memory, PacketStep):
+            raise _unfit(memory)
+        if memory.attempt is not None:
+            self._attempt = self._actuators.resume(self._wanted, memory.attempt)
+
 
 class _InTurn:
     """SEQ ends with the first step that fails, OR with the first that is fulfilled."""
@@ -157,6 +210,7 @@ class _InTurn:
     def __init__(
         self, steps: Sequence[Step], bindings: Bindings, means: Means, *, until_fulfilled: bool
     ) -> None:
+        self._steps = tuple(steps)
         self._left = list(steps)
         self._bindings = bindings
         self._means = means
@@ -178,28 +232,55 @@ class _InTurn:
         if self._current is not None:
             self._current.cancel(words)
 
+    def memory(self) -> StepMemory:
+        current = None if self._current is None else self._current.memory()
+        return TurnStep(left=len(self._left), current=current)
+
+    def recall(self, memory: StepMemory) -> None:
+        if not isinstance(memory, TurnStep) or memory.left > len(self._steps):
+            raise _unfit(memory)
+        next_one = len(self._steps) - memory.left
+        self._left = list(self._steps[next_one:])
+        if memory.current is not None:
+            if next_one == 0:
+                raise _unfit(memory)
+            self._current = begin(self._steps[next_one - 1], self._bindings, self._means)
+            self._current.recall(memory.current)
+
 
 class _Parallel:
     """All at once; it ends when all have ended."""
 
     def __init__(self, runs: list[StepRun]) -> None:
-        self._runs = runs
+        self._runs = dict(enumerate(runs))
         self._worst = DONE
 
     def advance(self, now_s: float) -> Outcome | None:
-        left = []
-        for run in self._runs:
+        left = {}
+        for number, run in self._runs.items():
             outcome = run.advance(now_s)
             if outcome is None:
-                left.append(run)
+                left[number] = run
             elif not outcome.is_fulfilled and self._worst is DONE:
                 self._worst = outcome
         self._runs = left
         return None if left else self._worst
 
     def cancel(self, words: str) -> None:
-        for run in self._runs:
+        for run in self._runs.values():
             run.cancel(words)
+
+    def memory(self) -> StepMemory:
+        runs = {number: run.memory() for number, run in self._runs.items()}
+        return ParallelStep(runs=runs, worst=None if self._worst is DONE else stored_outcome(self._worst))
+
+    def recall(self, memory: StepMemory) -> None:
+        if not isinstance(memory, ParallelStep) or not memory.runs.keys() <= self._runs.keys():
+            raise _unfit(memory)
+        self._runs = {number: self._runs[number] for number in memory.runs}
+        for number, one in memory.runs.items():
+            self._runs[number].recall(one)
+        self._worst = restored_outcome(memory.worst) or DONE
 
 
 class _Chosen:
@@ -217,6 +298,8 @@ class _Chosen:
         self._begun_s: float | None = None
         self._plan: Plan | None = None
         self._key = (-1, "")
+        self._bindings: Bindings = {}
+        self._words = ""
         self._claim = Claim(title="", cost=lambda: None, tell=means.note)
 
     def advance(self, now_s: float) -> Outcome | None:
@@ -281,9 +364,15 @@ class _Chosen:
         words = "; ".join([f"{self._title} costs {cost:.3g}", *self._failed, *others, *self._rejected])
         if is_new:
             means.note(words)
+        return self._begun(plan, bindings, words)
+
+    def _begun(self, plan: Plan, bindings: Bindings, words: str) -> StepRun:
+        self._bindings = bindings
+        self._words = words
         if plan.cost is None:
-            return begin(plan.step, bindings, means)
-        return begin(plan.step, bindings, replace(means, claim=self._claimed(plan, bindings, words)))
+            return begin(plan.step, bindings, self._means)
+        claim = self._claimed(plan, bindings, words)
+        return begin(plan.step, bindings, replace(self._means, claim=claim))
 
     def _claimed(self, plan: Plan, bindings: Bindings, words: str) -> Claim:
         """The claim, which stays the same while it waits, now of this plan."""
@@ -301,6 +390,40 @@ class _Chosen:
     def cancel(self, words: str) -> None:
         if self._current is not None:
             self._current.cancel(words)
+
+    def memory(self) -> StepMemory:
+        plan = self._plan if self._current is not None else None
+        is_granted, keeps = self._means.actuators.standing(self._claim)
+        return ChosenStep(
+            begun_s=self._begun_s,
+            tried=tuple(sorted(self._tried)),
+            failed=tuple(self._failed),
+            plan=None if plan is None else next(n for n, one in enumerate(self._plans) if one is plan),
+            bindings=stored_bindings(self._bindings) if plan is not None else {},
+            key=self._key,
+            current=None if self._current is None else self._current.memory(),
+            words=self._words,
+            has_begun=self._claim.has_begun,
+            is_granted=is_granted,
+            keeps=keeps,
+        )
+
+    def recall(self, memory: StepMemory) -> None:
+        if not isinstance(memory, ChosenStep):
+            raise _unfit(memory)
+        self._begun_s = memory.begun_s
+        self._tried = set(memory.tried)
+        self._failed = list(memory.failed)
+        self._key = memory.key
+        if memory.plan is not None:
+            if memory.plan >= len(self._plans) or memory.current is None:
+                raise _unfit(memory)
+            self._plan = self._plans[memory.plan]
+            self._title = _titled(self._plan)
+            self._current = self._begun(self._plan, restored_bindings(memory.bindings), memory.words)
+            self._current.recall(memory.current)
+        self._claim.has_begun = memory.has_begun
+        self._means.actuators.restore_standing(self._claim, is_granted=memory.is_granted, keeps=memory.keeps)
 
 
 def _begins_with_packet(step: Step) -> bool:
@@ -327,6 +450,13 @@ class _Awaited:
     def cancel(self, words: str) -> None:
         """Nothing: it only waits."""
 
+    def memory(self) -> StepMemory:
+        return PlainStep()
+
+    def recall(self, memory: StepMemory) -> None:
+        if not isinstance(memory, PlainStep):
+            raise _unfit(memory)
+
 
 class _Delayed:
     """Ends after some seconds."""
@@ -344,6 +474,18 @@ class _Delayed:
 
     def cancel(self, words: str) -> None:
         """Nothing: it only waits."""
+
+    def memory(self) -> StepMemory:
+        return DelayStep(until_s=self._until_s)
+
+    def recall(self, memory: StepMemory) -> None:
+        if not isinstance(memory, DelayStep):
+            raise _unfit(memory)
+        self._until_s = memory.until_s
+
+
+def _unfit(memory: StepMemory) -> RuleError:
+    return RuleError(f"the memory of a {memory.kind} step is of another step than the rule has")
 
 
 def _plain(value: object) -> str:

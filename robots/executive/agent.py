@@ -2,10 +2,11 @@
 
 from collections import OrderedDict
 from dataclasses import replace
+from math import hypot
 
 from robots.clock import Clock
 from robots.conditions.facts import REPORTED
-from robots.contract.known_scripts import StaleScripts, remember, supersedes
+from robots.contract.known_scripts import ENDED, StaleScripts, remember, supersedes
 from robots.contract.mailbox import Mailbox
 from robots.contract.memory import SocialMemory
 from robots.contract.telemetry_rate import TELEMETRY_S, is_due
@@ -15,8 +16,9 @@ from robots.executive.control_loop import LOOPS, ControlLoop
 from robots.executive.delegation import DelegatedLeg, is_awarded
 from robots.executive.deliberation import Deliberation
 from robots.executive.discoveries import Discoveries
-from robots.executive.embodiment import Answer, Embodiment
+from robots.executive.embodiment import Answer, Embodiment, EmbodimentMemory
 from robots.executive.executive import Executive
+from robots.executive.hand_over import NEAR_M, MindDocument, pieces_of
 from robots.executive.leg_cost import offer
 from robots.executive.memory import AgentMind, BodyMemory, RobotMemory
 from robots.executive.offer import Declined, Offer
@@ -29,9 +31,9 @@ from robots.executive.upkeep import Upkeep
 from robots.link import Link
 from robots.perception.fusion import Perception
 from robots.perception.health import Defect, SensorHealth
-from robots.perception.percepts import NOTHING, Percepts
+from robots.perception.percepts import GRIP, NOTHING, Percepts
 from robots.perception.sensing import Mode, SensorAction, SensoryController
-from robots.physical.body import Body, Sensor
+from robots.physical.body import Body, Pose, Sensor
 from robots.physical.energy import SensingMeter, load_powers
 from robots.physical.profile import RobotProfile
 from robots.reactive.synthesis import Motion
@@ -46,12 +48,15 @@ from robots.wire import (
     Factsheet,
     Message,
     MindOrder,
+    MindOrderReport,
     MindQuery,
     MindReport,
+    MindVerb,
     PacketReport,
     PacketState,
     PacketTunings,
     Performative,
+    Program,
     Retune,
     RuleSet,
     RulesReport,
@@ -71,6 +76,9 @@ FAULT_S = 5.0
 """The robot stands still for this long while an essential sensor fails; then it gives up its script."""
 AT_REST = (MindOrder, MindQuery, StatusQuery, TraceQuery)
 """What is handled while the mind rests; other messages wait until it goes on."""
+NOT_BEGUN = (PacketState.WAITING, PacketState.INITIALIZING)
+ITS_JAWS = tuple(SensorAction(sensor=sensor) for sensor in sorted(GRIP))
+"""What a robot senses while another program has its mind: no mind moves into a body that holds something."""
 READ_ONCE = tuple(SensorAction(sensor=sensor, mode=Mode.ONE_SHOT) for sensor in sorted(REPORTED))
 
 
@@ -89,6 +97,7 @@ class BehaviouralAgent:
         factsheet: Factsheet | None = None,
         deliberation: Deliberation | None = None,
         society: Society | None = None,
+        program: Program = Program.OWN,
     ) -> None:
         """
         :param deliberation: the robot's own rules; None: it has none.
@@ -96,8 +105,12 @@ class BehaviouralAgent:
             robot that starts again.
         :param factsheet: what the robot tells of itself when it starts, and once it has changed; None: nothing.
         :param society: the robot's social level; None: it does not speak with other robots.
+        :param program: which of the programs that may have the robot's mind runs this.
         """
         self._announced: Factsheet | None = None
+        self._program = program
+        self._document: str | None = None
+        """The mind as it is handed over, while it rests for that."""
         self._society = society
         self.profile = profile
         self._body = body
@@ -164,20 +177,125 @@ class BehaviouralAgent:
         )
 
     def memory(self) -> RobotMemory:
-        """The state to restore after a power failure; to be called between two ticks."""
-        return RobotMemory(mind=self._mind_memory(), body=self._body_memory())
+        """The state to restore after a power failure; to be called between two ticks. A mind at rest is kept whole."""
+        return RobotMemory(mind=self._mind_memory(is_whole=self._embodiment.rests), body=self._body_memory())
 
-    def _mind_memory(self) -> AgentMind:
+    @property
+    def embodiment(self) -> EmbodimentMemory:
+        """Whether the mind acts here, rests, or is handed over."""
+        return self._embodiment.memory()
+
+    @property
+    def fault(self) -> str:
+        """The sensor fault of the last tick; empty if there was none."""
+        return self._fault
+
+    def stand_by(self) -> None:
+        """Be silent until a mind is handed over: another program has the robot's mind."""
+        self._embodiment.recall(EmbodimentMemory(is_handed_over=True))
+
+    @property
+    def pose(self) -> Pose:
+        """Where it believes to stand (world frame)."""
+        return self._perception.localiser.pose
+
+    @property
+    def held(self) -> str | None:
+        """What its jaws held when they were sensed last."""
+        return self._perception.held
+
+    def hand_over(self) -> MindDocument:
+        """The mind as a document, for another program; to be called while it rests."""
+        mind = self._mind_memory(is_whole=True)
+        answers = tuple(map(_without_document, mind.mailbox.answers))
+        mailbox = mind.mailbox.model_copy(update={"answers": answers})
+        return MindDocument(
+            robot=self.profile.name,
+            fence=self._embodiment.fence,
+            at_s=self._clock.now_s(),
+            stood=self.pose,
+            mind=mind.model_copy(update={"mailbox": mailbox}),
+        )
+
+    def take_over(self, document: MindDocument, *, body: BodyMemory | None) -> str | None:
+        """Take the mind up, at rest and silent until it is told to go on; or return the reason why this robot cannot
+        carry it on. To be called before the first tick.
+
+        :param body: of the body that it goes on in; None: of one that stands where the former one stood.
+        """
+        if (reason := self._why_unfit(document, None if body is None else body.estimate.pose)) is not None:
+            return reason
+        if body is not None:
+            self._recall_body(body)
+        resting = EmbodimentMemory(fence=document.fence, rests=True, is_handed_over=True)
+        self._recall_mind(document.mind.model_copy(update={"embodiment": resting}))
+        return None
+
+    def _why_unfit(self, document: MindDocument, stands: Pose | None) -> str | None:
+        me = self.profile.name
+        mind = document.mind
+        if document.robot != me:
+            return f"it is the mind of {document.robot}, this is {me}"
+        return (
+            self._why_script_unfit(document, stands)
+            or self._why_rules_unfit(mind)
+            or self._why_speech_unfit(mind)
+        )
+
+    def _why_script_unfit(self, document: MindDocument, stands: Pose | None) -> str | None:
+        """Why this robot cannot carry the script on from where it is."""
+        me = self.profile.name
+        mind = document.mind
+        try:
+            repertoire = self._repertoire.tuned(mind.tuning)
+        except RepertoireError as error:
+            return f"its tuning does not fit {me}: {error}"
+        kept = mind.executive.script
+        if kept is None or mind.executive.states.get(kept.script.id) in (None, *ENDED):
+            return None
+        unable = Executive(self.profile, repertoire).why_unable(kept.script)
+        stood = document.stood
+        has_begun = any(one.state not in NOT_BEGUN for one in kept.packets)
+        if unable is not None or not has_begun or stands is None or stood is None:
+            return unable
+        far_m = hypot(stands.x_m - stood.x_m, stands.y_m - stood.y_m)
+        if far_m <= NEAR_M:
+            return None
+        return (
+            f"{me} stands {far_m:.1f} m from ({stood.x_m:.1f}, {stood.y_m:.1f}), where script {kept.script.id} has "
+            "come to; drive it there first"
+        )
+
+    def _why_rules_unfit(self, mind: AgentMind) -> str | None:
+        """Why this robot cannot follow the mind's rules; if it can, it does from now on."""
+        rules = mind.rules
+        if rules is None or not rules.files:
+            return None
+        if self._deliberation is None:
+            return f"{self.profile.name} has no deliberative level, and the mind follows {', '.join(rules.files)}"
+        return self._deliberation.follow(rules.files, rules.version, self._clock.now_s(), rules.role)
+
+    def _why_speech_unfit(self, mind: AgentMind) -> str | None:
+        if self._society is not None or mind.social == SocialMemory():
+            return None
+        return f"{self.profile.name} has no social level, and the mind has conversations"
+
+    def _mind_memory(self, *, is_whole: bool = False) -> AgentMind:
+        """:param is_whole: with commitments and conversations, which do not outlive a power failure."""
+        society = self._society
+        social = SocialMemory() if society is None else society.hand_over() if is_whole else society.memory()
+        mind = self._deliberation
+        rules = None if mind is None else mind.hand_over() if is_whole else mind.memory()
         return AgentMind(
             mailbox=self._mailbox.memory(),
-            executive=self._executive.memory(),
+            executive=self._executive.hand_over() if is_whole else self._executive.memory(),
             upkeep=self._upkeep.state.saved(),
             verdicts=dict(self._verdicts),
             stale=self._stale.memory(),
             tuning_version=self._tuning_version,
             tuning=self._tuning,
-            social=SocialMemory() if self._society is None else self._society.memory(),
-            rules=None if self._deliberation is None else self._deliberation.memory(),
+            social=social,
+            rules=rules,
             embodiment=self._embodiment.memory(),
         )
 
@@ -201,6 +319,7 @@ class BehaviouralAgent:
         self._executive.recall(mind.executive, now_s)
         self._upkeep.state = mind.upkeep.saved()
         self._embodiment.recall(mind.embodiment)
+        self._has_stood = mind.embodiment.rests
         if self._society is not None:
             self._society.recall(mind.social)
         if self._deliberation is not None and mind.rules is not None:
@@ -230,6 +349,9 @@ class BehaviouralAgent:
         self._last_s = now_s
         self._meter.count(self._sensory.running, step_s)
         percepts = self._sense(now_s, step_s)
+        if self._embodiment.is_mute:
+            self._stay_mute(now_s)
+            return
         one_shots = self._handle_messages(now_s)
         self._settle_rest(percepts, now_s)
         if self._embodiment.stands(now_s):
@@ -241,6 +363,15 @@ class BehaviouralAgent:
         self._announce(now_s)
         self._send_reports(now_s)
         self._send_telemetry(now_s)
+
+    def _stay_mute(self, now_s: float) -> None:
+        """Stand, and hear nothing but orders to the mind: another program speaks for the robot."""
+        self._has_stood = True
+        self._command(Motion())
+        self._sensory.run(ITS_JAWS, ())
+        for message in self._mailbox.collect_orders_to_mind():
+            if isinstance(message.body, MindOrder) and message.body.to is self._program:
+                self._handle(message, now_s)
 
     def _act(
         self, percepts: Percepts | None, step_s: float, now_s: float, one_shots: tuple[SensorAction, ...]
@@ -267,12 +398,23 @@ class BehaviouralAgent:
         driver = self._teleoperation.driver
         held = None if percepts is None else why_held(self.profile, percepts, may_carry=True)
         unsafe = f"{driver} drives it" if driver is not None else held or self._executive.unsafe
+        if not unsafe and self._embodiment.is_to_be_handed_over and self._executive.delegated is not None:
+            unsafe = "a leg of its script is put to other robots"
         odometry = None if percepts is None else percepts.odometry
         if (settled := self._embodiment.settle(odometry, now_s, unsafe=unsafe)) is not None:
             self._answer_order(settled, now_s)
 
     def _answer_order(self, settled: Answer, now_s: float) -> None:
-        self._mailbox.answer(settled.request, settled.performative, settled.report, now_s)
+        report = settled.report
+        if settled.piece is not None and report.verb is MindVerb.REST:
+            if self._document is None:
+                self._document = self.hand_over().model_dump_json()
+            pieces = pieces_of(self._document)
+            wanted = pieces[min(settled.piece, len(pieces) - 1)]
+            report = report.model_copy(update={"mind": wanted})
+        elif not self._embodiment.rests:
+            self._document = None
+        self._mailbox.answer(settled.request, settled.performative, report, now_s)
 
     def _beside(self) -> tuple[SensorAction, ...]:
         """The sensor actions to run until the next tick, with those that its rules and questions to it need."""
@@ -492,7 +634,9 @@ class BehaviouralAgent:
                 run = self._executive.current
                 conditions = () if run is None else tuple(run.traced_conditions())
                 self._mailbox.tell(message, self.trace.report(now_s, seconds, conditions), now_s)
-            case MindOrder() as order:
+            case MindOrder(to=to) as order:
+                if to not in (None, self._program):
+                    return  # another program answers
                 if (settled := self._embodiment.follow(message, order, now_s)) is not None:
                     self._answer_order(settled, now_s)
             case MindQuery():
@@ -632,3 +776,10 @@ class BehaviouralAgent:
             if isinstance(report, PacketReport) and report.state is PacketState.FINISHED:
                 self._owe_clearance(report)
         self._mailbox.resend(now_s)
+
+
+def _without_document(answer: Message) -> Message:
+    """An answer as it is kept: the document that it brought is not part of the next one."""
+    if isinstance(answer.body, MindOrderReport) and answer.body.mind is not None:
+        return answer.model_copy(update={"body": answer.body.model_copy(update={"mind": None})})
+    return answer

@@ -73,6 +73,10 @@ class Deliberation(Protocol):
         """The state to restore after a power failure."""
         ...
 
+    def hand_over(self) -> MindMemory:
+        """The state with all beliefs and commitments, for another program that goes on from there."""
+        ...
+
     def recall(self, memory: MindMemory, now_s: float) -> None:
         """Restore it. Rules that the robot can no longer follow are left out."""
         ...

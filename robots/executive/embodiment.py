@@ -18,10 +18,14 @@ STEP_RAD = 0.005
 
 
 class EmbodimentMemory(Checked):
-    """The newest fencing number, whether the mind rests, and the end of its lease; None: without end."""
+    """The newest fencing number, whether the mind rests, and the end of its lease; None: without end.
+
+    `is_handed_over`: another program has the mind, or may get it: this one neither acts nor speaks.
+    """
 
     fence: int = Field(default=0, ge=0)
     rests: bool = False
+    is_handed_over: bool = False
     lease_until_s: float | None = None
 
 
@@ -31,6 +35,8 @@ class Answer(NamedTuple):
     request: Message
     performative: Performative
     report: MindOrderReport
+    piece: int | None = None
+    """Of the mind's document, to be sent with it."""
 
 
 class Embodiment:
@@ -49,6 +55,24 @@ class Embodiment:
     def recall(self, memory: EmbodimentMemory) -> None:
         self._state = memory
 
+    @property
+    def is_mute(self) -> bool:
+        """True while another program speaks for the robot, or may."""
+        return self._state.is_handed_over
+
+    @property
+    def is_to_be_handed_over(self) -> bool:
+        """True while it is asked to rest for that."""
+        return self._asked is not None and self._asked[1].piece is not None
+
+    @property
+    def fence(self) -> int:
+        return self._state.fence
+
+    @property
+    def rests(self) -> bool:
+        return self._state.rests
+
     def stands(self, now_s: float) -> bool:
         """True while the robot is to stand still: its mind rests, is about to, or has no lease."""
         lease_s = self._state.lease_until_s
@@ -64,9 +88,13 @@ class Embodiment:
             self._asked = (request, order, now_s + order.within_s)
             return None
         if goes_on:
+            if state.is_handed_over and order.fence > state.fence:
+                return _answer(request, order, f"no mind was handed over under fencing number {order.fence}")
             self._asked = None
             self._stands_by = False
             self._state = EmbodimentMemory(fence=order.fence, lease_until_s=order.lease_until_s)
+        elif order.piece is not None:
+            self._state = state.model_copy(update={"is_handed_over": True})
         return _answer(request, order)
 
     def settle(self, odometry: Pose | None, now_s: float, *, unsafe: str) -> Answer | None:
@@ -81,7 +109,8 @@ class Embodiment:
         request, order, until_s = self._asked
         is_still = last is not None and odometry is not None and _is_near(last, odometry)
         if self._stands_by and is_still and not unsafe:
-            self._state = EmbodimentMemory(fence=order.fence, rests=True)
+            is_handed_over = order.piece is not None
+            self._state = EmbodimentMemory(fence=order.fence, rests=True, is_handed_over=is_handed_over)
             answer = _answer(request, order)
         elif now_s > until_s:
             answer = _answer(request, order, f"it has come to no safe point in time: {unsafe or 'it moves'}")
@@ -97,7 +126,9 @@ def _answer(request: Message, order: MindOrder, reason: str = "") -> Answer:
     report = MindOrderReport(
         verb=order.verb, fence=order.fence, reason=reason, lease_until_s=order.lease_until_s
     )
-    return Answer(request, Performative.REFUSE if reason else Performative.AGREE, report)
+    if reason:
+        return Answer(request, Performative.REFUSE, report)
+    return Answer(request, Performative.AGREE, report, order.piece)
 
 
 def _is_near(one: Pose, other: Pose) -> bool:

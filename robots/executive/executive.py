@@ -8,7 +8,13 @@ from robots.conditions.facts import perceived
 from robots.contract.known_scripts import ENDED, ScriptStates
 from robots.errors import RepertoireError
 from robots.executive.delegation import DelegatedLeg, is_awarded, packets_of, to_delegate
-from robots.executive.memory import DelegatedMemory, ExecutiveMemory, ScriptMemory
+from robots.executive.memory import (
+    DelegatedMemory,
+    ExecutiveMemory,
+    NewsMemory,
+    ScriptMemory,
+    SteeringMemory,
+)
 from robots.executive.own_packets import AT_MOST_S, OwnPackets, why_held, why_not_now
 from robots.executive.packet_run import Change, Outcome, PacketRun
 from robots.executive.reports import Report, cancelled_before_arrival_report, packet_report, script_report
@@ -403,9 +409,29 @@ class Executive:
         )
         return ExecutiveMemory(script=script, states=self._states.memory())
 
+    def hand_over(self) -> ExecutiveMemory:
+        """The memory with what rules have made of the script, for another program."""
+        steering = SteeringMemory(
+            suspended_s=self._suspended_s,
+            begun_again=dict(self._begun_again),
+            lasted_s={tag: tuple(lasted) for tag, lasted in self._lasted.items()},
+            end_reason=self.end_reason,
+            own_reason=self.own_reason,
+            news=tuple(NewsMemory(tag=one.tag, state=one.state, events=one.events) for one in self.news),
+        )
+        return self.memory().model_copy(update={"steering": steering})
+
     def recall(self, memory: ExecutiveMemory, now_s: float) -> None:
         """Restore the current packet. A script that no longer fits the repertoire has failed."""
         self._states.recall(memory.states)
+        if (steering := memory.steering) is not None:
+            self._suspended_s = steering.suspended_s
+            self._begun_again = dict(steering.begun_again)
+            for tag, lasted_s in steering.lasted_s.items():
+                self._lasted[tag] = deque(lasted_s, maxlen=LASTED)
+            self.end_reason = steering.end_reason
+            self.own_reason = steering.own_reason
+            self.news.extend(News(one.tag, one.state, one.events) for one in steering.news)
         if memory.script is None:
             return
         self._script = memory.script.script

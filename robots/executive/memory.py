@@ -68,11 +68,37 @@ class ScriptMemory(Checked):
     delegated: DelegatedMemory | None = None
 
 
+class NewsMemory(Checked):
+    """A new state of a packet, or a script's end if `tag` is empty, that rules have not taken yet."""
+
+    tag: str
+    state: PacketState | ScriptState
+    events: tuple[str, ...] = ()
+
+
+class SteeringMemory(Checked):
+    """What rules have made of the current script: for how long it stays suspended at most, None if it is not; how often
+    packets were begun again, by their ids; how long those that have finished have acted, by tag; why the last script,
+    and the last own packets between a script's, have ended; and what rules have not taken yet.
+    """
+
+    suspended_s: float | None = None
+    begun_again: dict[str, int] = Field(default_factory=dict)
+    lasted_s: dict[str, tuple[float, ...]] = Field(default_factory=dict)
+    end_reason: str = ""
+    own_reason: str = ""
+    news: tuple[NewsMemory, ...] = ()
+
+
 class ExecutiveMemory(Checked):
-    """The current script or the last one, and the states of the remembered ones, oldest first."""
+    """The current script or the last one, and the states of the remembered ones, oldest first.
+
+    `steering`: of a mind that is handed over to another program; None after a power failure, which ends commitments.
+    """
 
     script: ScriptMemory | None = None
     states: dict[str, ScriptState] = Field(default_factory=dict)
+    steering: SteeringMemory | None = None
 
 
 class UpkeepMemory(Memory):

@@ -147,6 +147,10 @@ class Society(Protocol):
 
     def memory(self) -> SocialMemory: ...
 
+    def hand_over(self) -> SocialMemory:
+        """The memory with all conversations, for another program that goes on with them."""
+        ...
+
     def recall(self, memory: SocialMemory) -> None:
-        """Restore what was saved before a power failure."""
+        """Restore what was saved before a power failure, or handed over."""
         ...

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from robots.contract.known_scripts import ENDED, remember
-from robots.contract.memory import AwardMemory
+from robots.contract.memory import AwardMemory, BidMemory
 from robots.executive.delegation import ASIDE, AWARDED
 from robots.executive.offer import Offer
 from robots.executive.society import Situated
@@ -165,6 +165,35 @@ class Bidding:
             bid.failed = award.failed
             bid.ended = award.ended
             self._bids[_key(heard)] = bid
+
+    def bids(self) -> tuple[BidMemory, ...]:
+        """The bids that are not answered, and awards by the service, for another program that goes on with them."""
+        return tuple(
+            BidMemory(
+                key=key,
+                leg=bid.leg,
+                busy_s=bid.busy_s,
+                packets=tuple(bid.packets),
+                award=None if bid.award is None else bid.award.message,
+                awarded_s=0.0 if bid.award is None else bid.award.at_s,
+                script_id=bid.script_id,
+                until_s=bid.until_s,
+            )
+            for key, bid in self._bids.items()
+            if not bid.is_own
+        )
+
+    def recall_bids(self, bids: Iterable[tuple[BidMemory, Heard | None]]) -> None:
+        """Go on with them; each with its award, understood again."""
+        for one, award in bids:
+            self._bids[one.key] = _Bid(
+                leg=one.leg,
+                busy_s=one.busy_s,
+                packets=one.packets,
+                award=award,
+                script_id=one.script_id,
+                until_s=one.until_s,
+            )
 
     def _take_up(self, script: BehaviourScript, bid: _Bid, heard: Heard, robot: Situated) -> str | None:
         """Begin another robot's leg, or return the reason against it."""

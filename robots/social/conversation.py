@@ -7,6 +7,7 @@ repetition with what it said last. So whatever is lost on the way is said again,
 from collections import OrderedDict
 from collections.abc import Iterator
 
+from robots.contract.memory import ConversationMemory
 from robots.errors import RobotError
 from robots.social.protocols import CANCELLED, TIMED_OUT, InteractionProtocol, Side
 from robots.social.speech import Heard
@@ -67,6 +68,51 @@ class Conversation:
         self._has_arrived = False
         self.reply_by_s: float | None = None
         self._note(first, mine=mine)
+
+    def memory(self) -> ConversationMemory:
+        """For another program that goes on with it."""
+        return ConversationMemory(
+            protocol=self.protocol.name,
+            id=self.id,
+            partner=self.partner,
+            is_mine=self.side is Side.INITIATOR,
+            state=self.state,
+            last_said=self.last_said,
+            is_of_rules=self.is_of_rules,
+            speaker=self.speaker,
+            last_heard=self.last_heard,
+            heard=tuple(sorted(self._heard)),
+            said_s=self._said_s,
+            pause_s=self._pause_s,
+            has_arrived=self._has_arrived,
+            reply_by_s=self.reply_by_s,
+            answer=None if self.answer is None else self.answer.message,
+            answered_s=0.0 if self.answer is None else self.answer.at_s,
+            has_ended=self.has_ended,
+        )
+
+    @classmethod
+    def restored(
+        cls, protocol: InteractionProtocol, memory: ConversationMemory, answer: Heard | None
+    ) -> "Conversation":
+        """The conversation as it was; `answer`: the memory's, understood again."""
+        one = cls.__new__(cls)
+        one.protocol = protocol
+        one.id = memory.id
+        one.partner = memory.partner
+        one.side = Side.INITIATOR if memory.is_mine else Side.PARTICIPANT
+        one.state = memory.state
+        one.last_said = memory.last_said
+        one.is_of_rules = memory.is_of_rules
+        one.speaker = memory.speaker
+        one.answer = answer
+        one.last_heard = memory.last_heard
+        one._heard = set(memory.heard)
+        one._said_s = memory.said_s
+        one._pause_s = memory.pause_s
+        one._has_arrived = memory.has_arrived
+        one.reply_by_s = memory.reply_by_s
+        return one
 
     @property
     def has_ended(self) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from robots.clock import Clock
 from robots.contract.mailbox import SERVICE
-from robots.contract.memory import AwardMemory, SocialMemory
+from robots.contract.memory import ConversationMemory, SocialMemory
 from robots.executive.society import Situated
 from robots.perception.percepts import Needs
 from robots.social.acquaintances import Acquaintances
@@ -43,6 +43,8 @@ from robots.wire import (
 
 ONTOLOGY = "macta-mission"
 """What the words of contents mean: scripts, actions, places and samples of the service's missions."""
+KEPT_ENDED = 64
+"""The last conversations that have ended go on to another program, too (our choice)."""
 ABILITIES = "abilities"
 """The term that lists what a robot can do; without arguments in a question for it."""
 
@@ -244,15 +246,46 @@ class SocialLevel:
             withdrawals=self._delegating.withdrawals(),
         )
 
-    def recall(self, memory: SocialMemory) -> None:
-        self._clearance.recall(memory.owed)
-        self._bidding.recall((award, self._heard_before(award)) for award in memory.awards)
-        self._delegating.recall(memory.delegation, memory.withdrawals)
+    def hand_over(self) -> SocialMemory:
+        """The memory with the conversations, for another program. What this side has opened for other ends than its
+        rules' is opened again by what is left to say.
+        """
+        known = [one for one in self.conversations if one.side is Side.PARTICIPANT or one.is_of_rules]
+        ended = [one for one in known if one.has_ended][-KEPT_ENDED:]
+        more = {
+            "conversations": tuple(one.memory() for one in known if not one.has_ended or one in ended),
+            "bids": self._bidding.bids(),
+            "requests": self._persons.memory(),
+        }
+        return self.memory().model_copy(update=more)
 
-    def _heard_before(self, award: AwardMemory) -> Heard:
-        act = award.message.body
+    def recall(self, memory: SocialMemory) -> None:
+        now_s = self._clock.now_s()
+        self._clearance.recall(memory.owed)
+        self._bidding.recall((award, self._heard_before(award.message, now_s)) for award in memory.awards)
+        self._delegating.recall(memory.delegation, memory.withdrawals)
+        for one in memory.conversations:
+            self._recall_conversation(one)
+        self._bidding.recall_bids(
+            (one, None if one.award is None else self._heard_before(one.award, one.awarded_s))
+            for one in memory.bids
+        )
+        self._persons.recall((one, self._heard_before(one.message, one.at_s)) for one in memory.requests)
+
+    def _recall_conversation(self, memory: ConversationMemory) -> None:
+        """Go on with a conversation, if its protocol is known here."""
+        protocol = PROTOCOLS.get(memory.protocol)
+        if protocol is None:
+            return
+        answer = None if memory.answer is None else self._heard_before(memory.answer, memory.answered_s)
+        self.conversations.add(Conversation.restored(protocol, memory, answer))
+        if memory.is_mine:
+            self._opened[memory.partner, memory.id] = lambda ending: None
+
+    def _heard_before(self, message: Message, at_s: float) -> Heard:
+        act = message.body
         assert isinstance(act, SpeechAct)
-        return self._understood(award.message, act, self._clock.now_s())
+        return self._understood(message, act, at_s)
 
     def _hear(self, message: Message, act: SpeechAct, robot: Situated, now_s: float) -> None:
         self.acquaintances.hear(message.sender, now_s)

@@ -10,10 +10,11 @@ that carries out a script of a mission, or that somebody drives, refuses. A miss
 """
 
 from cmath import rect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from robots.contract.known_scripts import ENDED
+from robots.contract.memory import PersonsRequestMemory
 from robots.executive.society import Situated
 from robots.perception.percepts import LOCATING, NOTHING, Needs, Percepts
 from robots.social.legs import call_of, leg_of
@@ -79,6 +80,26 @@ class PersonsRequests:
     def needs(self) -> Needs:
         """The sensors that open questions need."""
         return LOCATING if self._looks else NOTHING
+
+    def memory(self) -> tuple[PersonsRequestMemory, ...]:
+        """For another program that goes on with them."""
+        running = [
+            PersonsRequestMemory(message=heard.message, at_s=heard.at_s, script=script)
+            for script, heard in self._running
+        ]
+        looks = [
+            PersonsRequestMemory(message=one.asked.message, at_s=one.asked.at_s, until_s=one.until_s)
+            for one in self._looks
+        ]
+        return (*running, *looks)
+
+    def recall(self, requests: Iterable[tuple[PersonsRequestMemory, Heard]]) -> None:
+        """Go on with them; each with what was heard, understood again."""
+        for one, heard in requests:
+            if one.script is not None:
+                self._running.append((one.script, heard))
+            else:
+                self._looks.append(_Look(heard, one.until_s))
 
     def step(self, robot: Situated, now_s: float) -> None:
         """Say of what was asked for how it has ended, and answer questions whose readings have come."""

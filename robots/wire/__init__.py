@@ -1,7 +1,17 @@
 """The wire types: behaviour scripts and the messages that carry them. The robot's contract with the service."""
 
 from robots.wire.delegation import DelegationBid, DelegationReport, DelegationState
-from robots.wire.embodiment import MindOrder, MindOrderReport, MindVerb
+from robots.wire.embodiment import (
+    MAX_PIECE,
+    MAX_PIECES,
+    MindOrder,
+    MindOrderReport,
+    MindPiece,
+    MindTransfer,
+    MindTransferReport,
+    MindVerb,
+    Program,
+)
 from robots.wire.messages import (
     CONTRACT,
     KINDS,
@@ -91,6 +101,8 @@ __all__ = [
     "MAX_CONTENT",
     "MAX_FACTSHEET_BYTES",
     "MAX_IMAGE_BYTES",
+    "MAX_PIECE",
+    "MAX_PIECES",
     "MAX_RULE_FILES",
     "MAX_TOLD",
     "MAX_TOLD_BINDINGS",
@@ -125,8 +137,11 @@ __all__ = [
     "Message",
     "MindOrder",
     "MindOrderReport",
+    "MindPiece",
     "MindQuery",
     "MindReport",
+    "MindTransfer",
+    "MindTransferReport",
     "MindVerb",
     "MovedSample",
     "NotUnderstood",
@@ -135,6 +150,7 @@ __all__ = [
     "PacketState",
     "PacketTunings",
     "Performative",
+    "Program",
     "ReadingResult",
     "Receipt",
     "Recipient",

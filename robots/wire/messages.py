@@ -14,7 +14,7 @@ from typing_extensions import Self
 
 from robots.data import StrEnum
 from robots.wire.delegation import DelegationReport
-from robots.wire.embodiment import MindOrder, MindOrderReport
+from robots.wire.embodiment import MindOrder, MindOrderReport, MindTransfer, MindTransferReport
 from robots.wire.operator import (
     MindQuery,
     MindReport,
@@ -317,11 +317,16 @@ class Telemetry(Wire):
 
 
 class WorldChange(Wire):
-    """Service to a world: go on as this edition of it (request). `world` is the whole changed world file."""
+    """Service to a world: go on as this edition of it (request). `world` is the whole changed world file.
+
+    `minds`: of robots that it simulates from then on in place of their own software, the texts of `MindDocument`. Such
+    a mind rests until it is told to go on.
+    """
 
     kind: Literal["world_change"] = "world_change"
     edition: int = Field(ge=1)
     world: dict[str, Any]
+    minds: dict[str, str] = Field(default_factory=dict)
 
 
 class MovedSample(Wire):
@@ -389,6 +394,8 @@ KnownBody = Annotated[
     | RulesReport
     | MindOrder
     | MindOrderReport
+    | MindTransfer
+    | MindTransferReport
     | SetPoint
     | SetPointRefusal
     | Receipt

@@ -6,10 +6,11 @@ from typing import Protocol, runtime_checkable
 
 from robots.clock import Clock
 from robots.executive.breakpoints import Halt
-from robots.executive.memory import RobotMemory
+from robots.executive.hand_over import MindDocument
+from robots.executive.memory import BodyMemory, RobotMemory
 from robots.link import Link
 from robots.physical.body import Body, Pose
-from robots.wire import Factsheet
+from robots.wire import Factsheet, Program
 from robots.world import Location, RobotSpec, Zone
 
 
@@ -45,11 +46,19 @@ class TellsOfItself(Protocol):
     def announce(self, factsheet: Factsheet) -> None: ...
 
 
+@runtime_checkable
+class TakesMinds(Protocol):
+    """An agent that can go on with a mind that another program hands over."""
+
+    def take_over(self, document: MindDocument, *, body: BodyMemory | None) -> str | None: ...
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AgentSetup:
     """What an agent is made with: its spec, the locations of its reach, the names of the other robots and of the known
     samples, the zones, the lengths of long samples, the pose it is told, its radio's round trip, its interfaces, the
-    memory it resumes with, and the number of the world's edition. `speaks`: it has a social level.
+    memory it resumes with, and the number of the world's edition. `speaks`: it has a social level. `program`: that
+    runs it.
     """
 
     spec: RobotSpec
@@ -66,6 +75,7 @@ class AgentSetup:
     memory: RobotMemory | None = None
     edition: int = 0
     speaks: bool = False
+    program: Program = Program.WORLD
     peer_round_trip_s: float = 0.0
 
     @property

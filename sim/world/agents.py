@@ -95,6 +95,7 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         memory=setup.memory,
         deliberation=mind,
         factsheet=setup.factsheet,
+        program=setup.program,
     )
 
 

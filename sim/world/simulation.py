@@ -10,7 +10,9 @@ from math import dist, hypot
 import numpy as np
 
 from robots.executive.breakpoints import Halt
-from robots.executive.memory import RobotMemory
+from robots.executive.embodiment import EmbodimentMemory
+from robots.executive.hand_over import MindUnfit, read_document
+from robots.executive.memory import AgentMind, RobotMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose, Readings, Sensor
 from robots.wire import WORLD, ForeignState, Message, Performative, WorldChange, WorldEdition
@@ -24,7 +26,7 @@ from sim.physics.scene import Scene
 from sim.physics.sensors import InfraRed, Whiskers
 from sim.snapshot import SampleState, StreamState, WorldSnapshot
 from sim.truth import SampleTruth, Truth, place_at
-from sim.world.agent import Agent, AgentFactory, AgentSetup
+from sim.world.agent import Agent, AgentFactory, AgentSetup, TakesMinds
 from sim.world.agent_group import AgentGroup, LocalGroup, RemoteGroup
 from sim.world.foreign import ForeignRobots
 from sim.world.hub import Hub
@@ -85,8 +87,8 @@ class Simulation:
         """The present edition of the world."""
         return self._edition.world
 
-    def _build(self, snapshot: WorldSnapshot | None) -> None:
-        """Make scene, bodies, sensors and agents, from a snapshot if there is one."""
+    def _build(self, snapshot: WorldSnapshot | None, minds: Mapping[str, str] | None = None) -> None:
+        """Make scene, bodies, sensors and agents, from a snapshot if there is one; see `take_up`."""
         world = self.world
         self._document = world.model_dump_json(exclude_defaults=True) if self._edition.number else ""
         known = {one.name for one in world.samples}
@@ -144,7 +146,10 @@ class Simulation:
             self._restore(snapshot)
             self._foreign.restore(snapshot.foreign)
         self._sense()
-        memories = snapshot.robots if snapshot else {}
+        memories = dict(snapshot.robots) if snapshot else {}
+        for spec in world.simulated:
+            if minds and spec.name in minds and spec.name not in memories:
+                memories[spec.name] = RobotMemory(mind=self._taken_mind(spec, minds[spec.name]))
         setups = [self._agent_setup(spec, memories.get(spec.name)) for spec in world.simulated]
         shares = np.array_split(np.arange(len(setups)), self._processes)
         mine, *others = [[setups[n] for n in share] for share in shares]
@@ -166,27 +171,43 @@ class Simulation:
         new = shares[len(self._far) :]
         self._far += [RemoteGroup(self._make_agent, share, self.clock) for share in new]
 
-    def take_up(self, edition: Edition) -> None:
+    def _taken_mind(self, spec: RobotSpec, text: str) -> AgentMind:
+        """The mind of a document, at rest until it is told to go on.
+
+        :raises MindUnfit: if the robot's software here cannot carry it on.
+        """
+        document = read_document(text)
+        agent = self._make_agent(self._agent_setup(spec, None))
+        if not isinstance(agent, TakesMinds):
+            raise MindUnfit(f"the software of {spec.name} takes no minds")
+        if (reason := agent.take_over(document, body=None)) is not None:
+            raise MindUnfit(reason)
+        resting = EmbodimentMemory(fence=document.fence, rests=True, is_handed_over=True)
+        return document.mind.model_copy(update={"embodiment": resting})
+
+    def take_up(self, edition: Edition, minds: Mapping[str, str] | None = None) -> None:
         """Go on in a changed world; between two control cycles.
 
         The world is resumed from its snapshot: what was there goes on, what is new is placed as at a start. Robots'
         software goes on with all that it has in mind if nothing but its body has changed, as after a restart otherwise.
 
+        :param minds: of robots that were not simulated before, the texts of the documents that their own software has
+            handed over (`robots.executive.hand_over`).
         :raises Exception: whatever making the changed world raises; the present one then goes on.
         """
         snapshot = self.snapshot()
         before = self._edition
         self._edition = edition
         try:
-            self._rebuild(snapshot)
+            self._rebuild(snapshot, minds)
         except Exception:
             self._edition = before
             self._rebuild(snapshot)
             raise
 
-    def _rebuild(self, snapshot: WorldSnapshot) -> None:
+    def _rebuild(self, snapshot: WorldSnapshot, minds: Mapping[str, str] | None = None) -> None:
         self.scene.close()
-        self._build(snapshot)
+        self._build(snapshot, minds)
 
     def _deliver(self) -> None:
         """Put down the samples whose delivery is due, if their places are free."""
@@ -323,7 +344,9 @@ class Simulation:
         reason = ""
         if asked.edition > self.edition:
             try:
-                self.take_up(Edition(asked.edition, WorldFile.model_validate(asked.world)))
+                self.take_up(Edition(asked.edition, WorldFile.model_validate(asked.world)), asked.minds)
+            except MindUnfit as error:
+                reason = str(error)
             except Exception as error:  # another software's world may fail anywhere
                 reason = f"{type(error).__name__}: {error}"
         self.hub.answer(

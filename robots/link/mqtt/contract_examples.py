@@ -24,8 +24,11 @@ from robots.wire import (
     Message,
     MindOrder,
     MindOrderReport,
+    MindPiece,
     MindQuery,
     MindReport,
+    MindTransfer,
+    MindTransferReport,
     MindVerb,
     NotUnderstood,
     PacketReport,
@@ -121,6 +124,14 @@ PACKETS = (
     ),
 )
 
+_PIECE = MindPiece(
+    number=0,
+    count=2,
+    digest="9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08",
+    text='{"version": 1, "robot": "fred", "fence": 5, ',
+)
+"""Of a mind's document, which begins so."""
+
 
 def _said(
     message_id: str, performative: Performative, body: Body, *, by_robot: bool, reply: str | None = None
@@ -164,6 +175,7 @@ def examples() -> Mapping[str, Wire]:
         _ask("7e57", p.QUERY, TraceQuery(seconds=5.0)),
         _ask("7e58", p.QUERY, MindQuery()),
         _ask("fred:mind:4:rest", p.REQUEST, MindOrder(verb=MindVerb.REST, fence=4)),
+        _ask("fred:mind:5:transfer:9f86d081:0", p.REQUEST, MindTransfer(fence=5, mind=_PIECE)),
         _ask("fred:tuning:3", p.REQUEST, Retune(version=3, tuning={})),
         _ask("fred:rules:2", p.REQUEST, RuleSet(version=2, files={"guard": "AGENT guard;"})),
         _ask("d41", p.REQUEST, SetPoint(driver="anna", number=8, speed_m_s=0.2, valid_s=0.5)),
@@ -248,6 +260,12 @@ def examples() -> Mapping[str, Wire]:
             reply="fred:rules:2",
         ),
         _tell("fred-39", p.AGREE, MindOrderReport(verb=MindVerb.REST, fence=4), reply="fred:mind:4:rest"),
+        _tell(
+            "fred-40",
+            p.AGREE,
+            MindTransferReport(fence=5, digest=_PIECE.digest, number=0),
+            reply="fred:mind:5:transfer:9f86d081:0",
+        ),
         _tell("fred-34", p.REFUSE, SetPointRefusal(driver="anna", reason="on a script"), reply="d41"),
         Message(
             id="fred-36",

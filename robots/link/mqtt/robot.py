@@ -11,10 +11,24 @@ from robots.link.mqtt.following_clock import FollowingClock
 from robots.link.mqtt.inbox import Inbox
 from robots.link.mqtt.order_check import CounterStore, OrderCheck
 from robots.link.mqtt.reactor import Reactor
-from robots.link.mqtt.robot_sessions import RobotsEnd, presence, put_order, robot_publication, robot_session
+from robots.link.mqtt.robot_sessions import (
+    RobotsEnd,
+    presence,
+    put_order,
+    quiet_session,
+    robot_publication,
+    robot_session,
+)
 from robots.link.mqtt.session import Publication, Session
 from robots.link.mqtt.signature import signers
-from robots.link.mqtt.topics import ConnectionState, WorldAnnouncement, robot_and_channel, world_topic
+from robots.link.mqtt.topics import (
+    Channel,
+    ConnectionState,
+    WorldAnnouncement,
+    robot_and_channel,
+    robot_topic,
+    world_topic,
+)
 from robots.wire import Message
 
 logger = logging.getLogger(__name__)
@@ -35,12 +49,14 @@ class RobotLink(RobotsEnd):
         *,
         keys: Mapping[str, str] | None = None,
         counters: Mapping[str, CounterStore] | None = None,
+        stands_by: bool = False,
         wall_s: Callable[[], float] = time.monotonic,
     ) -> None:
         """
         :param robots: those that this process speaks for; each has a client with its own last will.
         :param keys: by robot, `MACTA_ROBOT_KEY` of its enrolment: it signs, and ignores orders that are not signed.
         :param counters: by robot with a key, where the counters of orders are kept over restarts.
+        :param stands_by: another program speaks for the robots, until `speak` is called.
         :raises OSError, ValueError: if counters cannot be read.
         """
         self._world = world
@@ -49,21 +65,20 @@ class RobotLink(RobotsEnd):
         self._run: str | None = None
         self._shown: dict[str, ConnectionState] = {}
         self._inbox = Inbox()
-        sign = signers(keys or {})
-        self._robots = {
-            robot: robot_session(world, robot, broker, self._receive, shown=self._shown, sign=sign.get(robot))
-            for robot in robots
-        }
+        self._broker = broker
+        self._sign = signers(keys or {})
+        names = sorted(robots)
+        self._quiet = set(names) if stands_by else set[str]()
+        self._robots = {robot: self._session(robot) for robot in names}
         self._checks = {
             robot: OrderCheck(key, (counters or {}).get(robot)) for robot, key in (keys or {}).items()
         }
         self._doubted = dict.fromkeys(self._checks, 0)
         if not self._robots:
             raise ValueError("a robot's end of the link needs the name of at least one robot")
-        names = "-".join(sorted(self._robots))
         self._world_session = Session(
             broker,
-            f"macta-{world}-{names}-follower"[:200],
+            f"macta-{world}-{'-'.join(names)}-follower"[:200],
             subscriptions=[(world_topic(world), 1)],
             on_arrival=self._follow,
         )
@@ -86,6 +101,29 @@ class RobotLink(RobotsEnd):
         if self._run is not None:
             self._robots[message.sender].publish(robot_publication(self._world, message, self._run))
 
+    def speak(self, robot: str, *, speaks: bool) -> None:
+        """Speak for the robot from now on, or leave that to another program and only hear what moves minds."""
+        if speaks is (robot not in self._quiet):
+            return
+        before = self._robots[robot]
+        if speaks:
+            self._quiet.discard(robot)
+        else:
+            self._quiet.add(robot)
+            before.publish(presence(self._world, robot, ConnectionState.OFFLINE))
+            forgotten = robot_topic(self._world, robot, Channel.FACTSHEET)
+            before.publish(Publication(topic=forgotten, payload=b"", retain=True))
+        session = self._session(robot)
+        self._robots = {**self._robots, robot: session}
+        self._reactor.add(session)
+        self._reactor.remove(before)
+
+    def _session(self, robot: str) -> Session:
+        world, broker, sign = self._world, self._broker, self._sign.get(robot)
+        if robot in self._quiet:
+            return quiet_session(world, robot, broker, self._receive, sign=sign)
+        return robot_session(world, robot, broker, self._receive, shown=self._shown, sign=sign)
+
     def show(self, robot: str, state: ConnectionState) -> None:
         """Show a robot that is itself reached over a further link as connected or not; published if it has changed."""
         if self._shown.get(robot, ConnectionState.ONLINE) is not state:
@@ -95,6 +133,8 @@ class RobotLink(RobotsEnd):
     def close(self) -> None:
         """Announce the robots as offline, and disconnect."""
         for robot, session in self._robots.items():
+            if robot in self._quiet:
+                continue
             session.publish(presence(self._world, robot, ConnectionState.OFFLINE))
         self._reactor.close()
 

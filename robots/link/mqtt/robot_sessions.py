@@ -58,6 +58,28 @@ def robot_session(
     )
 
 
+def quiet_session(
+    world: str,
+    robot: str,
+    broker: Broker,
+    on_arrival: Callable[[Publication], None],
+    *,
+    sign: Callable[[Publication], Publication] | None = None,
+) -> Session:
+    """The client of a robot's own software while another program speaks for the robot: it has a name of its own, or
+    the broker would disconnect the other one, no presence and no last will, and hears what moves minds.
+    """
+    channel = Channel.INSTANT_ACTIONS
+    return Session(
+        broker,
+        f"macta-{world}-{robot}-own",
+        subscriptions=[(robot_topic(world, robot, channel), channel.qos)],
+        on_arrival=on_arrival,
+        queued=QUEUED_A_ROBOT,
+        sign=sign,
+    )
+
+
 def presence(world: str, robot: str, state: ConnectionState) -> Publication:
     topic = robot_topic(world, robot, Channel.CONNECTION)
     return Publication(topic=topic, payload=Presence(state=state).model_dump_json().encode(), retain=True)

@@ -5,6 +5,7 @@ import pytest
 from robots.adapters import Progress, ProgressState
 from robots.adapters.contract_robot import MemoryUnusable
 from robots.adapters.script_run import STOP_S
+from robots.executive.hand_over import pieces_of
 from robots.wire import (
     Acknowledgement,
     BehaviourScript,
@@ -17,6 +18,8 @@ from robots.wire import (
     Message,
     MindOrder,
     MindOrderReport,
+    MindTransfer,
+    MindTransferReport,
     MindVerb,
     PacketState,
     Performative,
@@ -372,8 +375,11 @@ def test_what_only_robots_with_patterns_can_do_is_declined() -> None:
     tuned = stage.service.send(Retune(version=3, tuning={}))
     driven = stage.service.send(SetPoint(driver="op", number=1, valid_s=1.0))
     moved = stage.service.send(MindOrder(verb=MindVerb.REST, fence=1))
+    handed = stage.service.send(MindTransfer(fence=1, mind=pieces_of("{}")[0]))
     stage.run_for(1)
-    stays = stage.service.answer(moved)
+    stays, kept = stage.service.answer(moved), stage.service.answer(handed)
+    assert isinstance(kept, MindTransferReport)
+    assert kept.reason == "carl is driven packet by packet and takes no minds"
     assert isinstance(stays, MindOrderReport)
     assert stays.reason == "carl has a body of its own"
     report, refused = stage.service.answer(tuned), stage.service.answer(driven)

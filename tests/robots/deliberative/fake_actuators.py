@@ -2,10 +2,19 @@
 
 from dataclasses import dataclass, field
 
-from robots.deliberative.actuators import DONE, Activation, Attempt, Outcome, Utterance
+from robots.deliberative.actuators import (
+    DONE,
+    Activation,
+    Attempt,
+    Claim,
+    Outcome,
+    Utterance,
+    restored_outcome,
+)
 from robots.deliberative.commitments import DropReason
 from robots.deliberative.costs import MEASURES
 from robots.deliberative.program import Verb
+from robots.executive.mind_memory import AttemptMemory
 
 
 @dataclass
@@ -14,6 +23,7 @@ class FakeAttempt:
 
     wanted: Activation
     outcome: Outcome | None = None
+    script_id: str = ""
 
     def cancel(self, words: str) -> None:
         if self.outcome is None:
@@ -44,8 +54,20 @@ class FakeActuators:
             return None
         if self.refusal:
             return Outcome(False, self.refusal)
-        self.begun.append(FakeAttempt(wanted))
+        self.begun.append(FakeAttempt(wanted, script_id=str(len(self.begun))))
         return self.begun[-1]
+
+    def resume(self, wanted: Activation, memory: AttemptMemory) -> Attempt:
+        attempt = self.begun[int(memory.script_id)]
+        attempt.outcome = restored_outcome(memory.outcome)
+        return attempt
+
+    def standing(self, claim: Claim) -> tuple[bool, bool]:
+        return False, False
+
+    def restore_standing(self, claim: Claim, *, is_granted: bool, keeps: bool) -> None:
+        assert not is_granted
+        assert not keeps
 
     def say(self, utterance: Utterance) -> Outcome:
         self.said.append(utterance)
