@@ -240,6 +240,7 @@ class Service:
         self._order_signer = OrderSigner(keys.read)
         self._counters = SignatureCounters(self.database)
         self._watches: dict[str, RobotWatch] = {}
+        self._announcers: dict[str, RunAnnouncer] = {}
         self.impersonations = Impersonations(self.events, worlds=self._files, keys=keys.read)
         self.robots = RobotDirectory(
             self.core,
@@ -368,7 +369,12 @@ class Service:
             waiting=self._waiting_goals,
         )
         self.embodiments = EmbodimentService(
-            core, worlds=self._files, clocks=self.clocks, changes=self.world_changes
+            core,
+            worlds=self._files,
+            clocks=self.clocks,
+            changes=self.world_changes,
+            is_connected=self.board.is_connected,
+            is_simulated=self._is_simulated,
         )
         self.factsheets = Factsheets(
             core,
@@ -482,6 +488,7 @@ class Service:
                 holds_lease=drives_world,
                 start_new=world.start_new,
             )
+            self._announcers[name] = announcer
             each_turn = partial(_call_all, (announcer.follow, each_turn))
         return AgentModels(
             robots=lambda: self._files[name].links,
@@ -516,10 +523,16 @@ class Service:
                 self._files,
                 name,
                 run=lambda: _run_of(world),
-                is_simulated=lambda: announcer is None or not announcer.is_announcing,
+                is_simulated=partial(self._is_simulated, name),
                 clock=world.clock,
+                minds=partial(self.embodiments.minds, name),
             ),
         )
+
+    def _is_simulated(self, world: str) -> bool:
+        """Whether there is a simulation of the world, or is to be."""
+        announcer = self._announcers.get(world)
+        return announcer is None or not announcer.is_announcing
 
     def _record_impersonations(self, world: str) -> None:
         if self.impersonations.has_news(world) and self.executors.holds_lease(world):

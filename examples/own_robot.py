@@ -1,13 +1,20 @@
-"""A robot with a body of its own, on the broker: own_robot.py mqtt://HOST own_robot.yaml carl (docs/runtime.md)."""
+"""A robot with a body of its own, on the broker: own_robot.py mqtt://HOST own_robot.yaml carl (docs/runtime.md).
+
+With a file as a further argument it keeps its memory there, and stands by: the world simulates the robot, whose mind
+may be moved here and back.
+"""
 
 import sys
 import time
 from cmath import phase, rect
 from math import inf, radians
+from pathlib import Path
 
 import numpy as np
 
+from robots.contract.memory_file import MemoryFile
 from robots.executive.agent import BehaviouralAgent
+from robots.executive.robot_program import RobotProgram
 from robots.link.mqtt import Broker, RobotLink
 from robots.physical.body import GRIPPER_REACH_M, Gripper, Pose, Readings
 from robots.physical.profile import BeaconSpec, RobotProfile
@@ -66,8 +73,9 @@ class OwnBody:
         return self.held or next(near, None)
 
 
-def main(url, file, name):
-    world, link = load_world(file), RobotLink("workshop", [name], Broker.at(url))
+def main(url, file, name, memory=None):
+    world = load_world(file)
+    link = RobotLink(world.name, [name], Broker.at(url), stands_by=memory is not None)
     x_m, y_m, heading_deg = world.robot(name).start
     beacons = {
         p.name: BeaconSpec(x_m=p.at[0], y_m=p.at[1], approach_rad=tuple(map(radians, p.approach_deg)))
@@ -80,9 +88,22 @@ def main(url, file, name):
     while not (link.run and link.clock.now_s()):
         time.sleep(0.1)  # until the world's run and time are announced
     body = OwnBody(profile.start, beacons, {s.name: beacons[s.at].point for s in world.samples}, link.clock)
-    agent, run = BehaviouralAgent(profile=profile, body=body, link=link, clock=link.clock), link.run
+    run = link.run
+
+    def make(link_, kept):
+        return BehaviouralAgent(profile=profile, body=body, link=link_, clock=link.clock, memory=kept)
+
+    program = RobotProgram(
+        name,
+        make=make,
+        link=link,
+        clock=link.clock,
+        store=None if memory is None else MemoryFile(Path(f"{memory}.{run}")),
+        stands_by=memory is not None,
+        seat=link,
+    )
     while link.run == run:  # in another run of the world, start again
-        agent.tick()
+        program.tick()
         time.sleep(0.05)
 
 

@@ -40,6 +40,8 @@ from robots.wire import (
     Message,
     MindOrder,
     MindOrderReport,
+    MindTransfer,
+    MindTransferReport,
     MindVerb,
     NotUnderstood,
     Performative,
@@ -69,6 +71,7 @@ message may be lost."""
 TUNING = "tuning"
 RULES = "rules"
 MIND = "mind"
+TRANSFER = "transfer"
 """In the ids of messages that bring them, or orders to minds."""
 MAX_DIGITS = 10
 """Of the version of a tuning or of rules."""
@@ -120,7 +123,7 @@ class DueOrder(Protocol):
     def robot(self) -> str: ...
 
     @property
-    def order(self) -> MindOrder: ...
+    def order(self) -> MindOrder | MindTransfer: ...
 
 
 class EmbodimentKeeper(Protocol):
@@ -138,6 +141,12 @@ class EmbodimentKeeper(Protocol):
         self, world: str, robot: str, performative: Performative, report: MindOrderReport
     ) -> None:
         """Record a robot's answer to an order to its mind."""
+        ...
+
+    def record_transfer(
+        self, world: str, robot: str, performative: Performative, report: MindTransferReport
+    ) -> None:
+        """Record whether a robot's own software takes a mind."""
         ...
 
 
@@ -309,6 +318,8 @@ class AgentModels:
                 self._rules.record_answer(self._world, message.sender, message.performative, report)
             case MindOrderReport() as report if self._embodiments is not None:
                 self._embodiments.record_answer(self._world, message.sender, message.performative, report)
+            case MindTransferReport() as taken if self._embodiments is not None:
+                self._embodiments.record_transfer(self._world, message.sender, message.performative, taken)
             case SpeechAct() as act:
                 self._hear(message, act)
             case UnknownBody():
@@ -451,8 +462,13 @@ class AgentModels:
             return session.execute(self._open_scripts_query).all()
 
 
-def order_id(robot: str, order: MindOrder) -> str:
-    """The id of the message that brings an order to a mind: a later lease is another order."""
+def order_id(robot: str, order: MindOrder | MindTransfer) -> str:
+    """The id of the message that brings an order to a mind: a later lease is another order, and so is each piece."""
+    if isinstance(order, MindTransfer):
+        piece = order.mind
+        return f"{robot}:{MIND}:{order.fence}:{TRANSFER}:{piece.digest[:8]}:{piece.number}"
+    if order.piece:
+        return f"{robot}:{MIND}:{order.fence}:{order.verb}:{order.piece}"
     until = "" if order.lease_until_s is None else f":{order.lease_until_s:.1f}"
     return f"{robot}:{MIND}:{order.fence}:{order.verb}{until}"
 
@@ -464,11 +480,13 @@ def _as_refusal(message: Message) -> Message:
     subject, _, request = (message.in_reply_to or "").partition(":")
     reason = f"not understood: {message.body.reason}"
     kind, _, version = request.partition(":")
-    body: TuningReport | RulesReport | MindOrderReport | Refusal
+    body: TuningReport | RulesReport | MindOrderReport | MindTransferReport | Refusal
     fence, _, verb = version.partition(":")
     verb = verb.partition(":")[0]  # of an order to go on, a lease may follow
     if kind == MIND and fence.isdecimal() and len(fence) < MAX_DIGITS and verb in tuple(MindVerb):
         body = MindOrderReport(verb=MindVerb(verb), fence=int(fence), reason=reason)
+    elif kind == MIND and fence.isdecimal() and len(fence) < MAX_DIGITS and verb == TRANSFER:
+        body = MindTransferReport(fence=int(fence), digest="", number=0, reason=reason)
     elif kind in (TUNING, RULES) and version.isdecimal() and len(version) < MAX_DIGITS:
         answer = TuningReport if kind == TUNING else RulesReport
         body = answer(version=int(version), reason=reason)

@@ -1,6 +1,6 @@
 """Tells a world of its newest edition until it has taken that up, or refused it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from sqlalchemy import select
 
@@ -27,12 +27,16 @@ class EditionDelivery:
         *,
         is_simulated: Callable[[], bool] = lambda: True,
         clock: Clock | None = None,
+        minds: Callable[[], Mapping[str, str]] = dict,
     ) -> None:
         """
         :param run: the world's present run; another one begins without the changes.
         :param is_simulated: False while nobody has to take changes up: there is no simulation.
         :param clock: the world's.
+        :param minds: by robot, the documents of minds with which the world is to take the place of robots' own
+            software.
         """
+        self._minds = minds
         self._is_simulated = is_simulated
         self._clock = clock
         self._database = core.database
@@ -60,7 +64,11 @@ class EditionDelivery:
             self._record(number, at_s=0.0 if self._clock is None else self._clock.now_s())
             return None
         edition = self._worlds.edition(self._world)
-        change = WorldChange(edition=edition.number, world=edition.world.model_dump(mode="json"))
+        change = WorldChange(
+            edition=edition.number,
+            world=edition.world.model_dump(mode="json"),
+            minds=dict(self._minds()),
+        )
         return f"{REQUEST}{edition.number}", change
 
     def answered(self, message: Message, answer: WorldEdition) -> None:

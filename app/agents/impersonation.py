@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 from math import dist
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from app.agents.robot_board import RobotBoard
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Invalid
@@ -23,8 +25,8 @@ from app.store.event_log import EventLog
 from app.store.tables import utc_now
 from robots.link.mqtt.session import Publication
 from robots.link.mqtt.signature import Accepted, SignatureCheck
-from robots.link.mqtt.topics import ConnectionState
-from robots.wire import Telemetry
+from robots.link.mqtt.topics import Channel, ConnectionState
+from robots.wire import Message, MindOrderReport, MindTransferReport, Telemetry
 from robots.world import WorldFile
 
 EVENT_INTERVAL_S = 60.0
@@ -209,12 +211,16 @@ class RobotWatch:
         return self._signatures.accepted
 
     def admits(self, robot: str, publication: Publication) -> bool:
-        """False for a message that a robot with a key has not signed, or has signed while its twin is simulated."""
+        """False for a message that a robot with a key has not signed, or has signed while its twin is simulated, unless
+        it is an answer of its own software, which stands by to take the robot's mind.
+        """
         key = self._keys().get(robot)
         if key is None:
             return True
-        if self._is_simulated(robot):
-            return not publication.signature
+        if self._is_simulated(robot) and not publication.signature:
+            return True
+        if self._is_simulated(robot) and not _moves_minds(publication):
+            return False
         reason = self._signatures.doubt(publication, key)
         if reason:
             self._impersonations.note(self._world, robot, reason)
@@ -257,6 +263,17 @@ class RobotWatch:
                     self._world, robot, f"its telemetry goes to and fro between {places}"
                 )
         self._courses[robot] = replace(course, said=said)
+
+
+def _moves_minds(publication: Publication) -> bool:
+    """Whether it is an answer to what moves a mind."""
+    if not publication.topic.endswith(f"/{Channel.STATE}"):
+        return False
+    try:
+        body = Message.model_validate_json(publication.payload).body
+    except ValidationError:
+        return False
+    return isinstance(body, MindOrderReport | MindTransferReport)
 
 
 def _is_near(one: Telemetry, other: Telemetry, driven_m: float) -> bool:

@@ -1,6 +1,6 @@
 """Routes of the bodies that robots' minds are in, and of moves from one into another."""
 
-from typing import Any
+from typing import Any, Literal
 
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
@@ -18,8 +18,9 @@ from robots.world.bodies import BodyKind, BodySpec
 class Embody(Request):
     """The body that the robot's mind is to go on in."""
 
-    body: BodySpec = Field(
-        description="as in a world file, its kind alone or with its parameters", examples=["avatar"]
+    body: Literal["real"] | BodySpec = Field(
+        description="as in a world file, its kind alone or with its parameters; real: that of the robot's own software",
+        examples=["avatar", "real"],
     )
     lease_s: float | None = Field(
         default=None,
@@ -78,9 +79,11 @@ def embodiments_router(embodiments: EmbodimentService) -> APIRouter:
         its lease.
 
         It comes to rest at a safe point, gets the body by an edition of the world, and goes on with its script,
-        beliefs, commitments, conversations, tuning and rules (events `embodiment.*`).
+        beliefs, commitments, conversations, tuning and rules (events `embodiment.*`). To the real body and from it, it
+        is handed over between the world's simulation and the robot's own software, which must be there.
         """
-        moved = embodiments.embody(name, body.body, lease_s=body.lease_s, actor=ACTOR, comment=body.comment)
+        wanted = None if body.body == "real" else body.body
+        moved = embodiments.embody(name, wanted, lease_s=body.lease_s, actor=ACTOR, comment=body.comment)
         return EmbodimentBody.model_validate(moved)
 
     return router

@@ -36,7 +36,8 @@ def embody(
             )
         time.sleep(ASKED_S)
         moved = answer_of(service, "GET", f"{path}/embodiment")
-    if moved["body"]["kind"] != body:
+    now = "real" if moved["kind"] == "real" else moved["body"]["kind"]
+    if now != body:
         raise Invalid(f"{_words(moved)}: {_newest(moved).get('reason') or 'it was moved again meanwhile'}")
     if lease_s is not None and moved["lease_s"] != lease_s:
         raise Invalid(

@@ -111,7 +111,7 @@ def embody(
     body: Annotated[
         str | None,
         typer.Argument(
-            help="Kind of the body: avatar, velocity, wheeled (default: say which it is in).",
+            help="Kind of the body: avatar, velocity, wheeled, or real (default: say which it is in).",
             metavar="BODY",
         ),
     ] = None,

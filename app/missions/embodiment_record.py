@@ -1,16 +1,24 @@
-"""The record of moves of minds: the newest of a robot, and the end of those that have lost their minds."""
+"""The record of moves of minds: the newest of a robot, and the end of those that have lost their minds.
 
-from collections.abc import Collection
+A simulated body is recorded as in a world file; a real one, with software of its own, as `{"kind": "real"}`, with the
+body that its world's file gives it as `spec`.
+"""
+
+from collections.abc import Collection, Mapping
+from typing import Any
 
 from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from app.domain.events import EmbodimentChanged
 from app.domain.lifecycles.embodiment import OPEN, EmbodimentState, end_anew
+from app.domain.world_model.edits import ChangeRobot
 from app.store import EmbodimentRow
 from app.store.event_log import EventLog
 from app.store.tables import utc_now
-from robots.world import WorldFile
+from robots.wire import MindPiece, Program
+from robots.world import RobotSpec, WorldFile
+from robots.world.bodies import BodyKind, BodySpec
 
 
 def newest_move(
@@ -23,9 +31,81 @@ def newest_move(
     return session.scalar(query.order_by(EmbodimentRow.fence.desc()).limit(1))
 
 
+def body_record(spec: RobotSpec) -> dict[str, Any]:
+    """The body that the robot has."""
+    body = spec.body.model_dump(mode="json")
+    return {"kind": BodyKind.REAL.value, "spec": body} if spec.external else body
+
+
+def wanted_record(body: BodySpec | None, spec: RobotSpec) -> dict[str, Any]:
+    """A body that the robot is to have; None: its real one."""
+    if body is not None:
+        return body.model_dump(mode="json")
+    return {"kind": BodyKind.REAL.value, "spec": spec.body.model_dump(mode="json")}
+
+
+def is_real(body: Mapping[str, Any]) -> bool:
+    return bool(body["kind"] == BodyKind.REAL)
+
+
+def program_of(body: Mapping[str, Any]) -> Program:
+    """The program in which a mind with this body is."""
+    return Program.OWN if is_real(body) else Program.WORLD
+
+
+def crosses(row: EmbodimentRow) -> bool:
+    """Whether the mind moves from one program to another."""
+    return is_real(row.body) is not is_real(row.former)
+
+
+def exchange_edit(robot: str, body: Mapping[str, Any], *, replaces: bool) -> ChangeRobot:
+    """The edit by which the robot gets the body.
+
+    :param replaces: another program speaks for it then.
+    :raises ValidationError: if it is no body.
+    """
+    spec = body["spec"] if is_real(body) else body
+    external = {"external": is_real(body)} if replaces else {}
+    return ChangeRobot.model_validate({"name": robot, "body": spec, **external})
+
+
 def has_body(world: WorldFile, row: EmbodimentRow) -> bool:
     """Whether the robot has, in this edition, the body that the move leads to."""
-    return world.robot(row.robot).body.model_dump(mode="json") == row.body
+    spec = world.robot(row.robot)
+    return spec.external if is_real(row.body) else body_record(spec) == row.body
+
+
+def keep_piece(row: EmbodimentRow, piece: MindPiece) -> None:
+    """Keep a piece of the mind's document; one of another document, or out of turn, does not count."""
+    known = row.mind
+    if known is None or known["digest"] != piece.digest:
+        known = {"digest": piece.digest, "count": piece.count, "texts": []}
+    if piece.number == len(known["texts"]):
+        known = {**known, "texts": [*known["texts"], piece.text]}
+    row.mind = known
+
+
+def is_complete(row: EmbodimentRow) -> bool:
+    """Whether all pieces of the mind's document are there."""
+    return row.mind is not None and len(row.mind["texts"]) == row.mind["count"]
+
+
+def next_piece(row: EmbodimentRow) -> MindPiece:
+    """The piece that the other program does not have yet."""
+    assert row.mind is not None
+    number = row.taken
+    return MindPiece(
+        number=number,
+        count=row.mind["count"],
+        digest=row.mind["digest"],
+        text=row.mind["texts"][number],
+    )
+
+
+def mind_text(row: EmbodimentRow) -> str:
+    """The whole document."""
+    assert row.mind is not None
+    return "".join(row.mind["texts"])
 
 
 def tell_of_move(session: Session, events: EventLog, row: EmbodimentRow) -> None:
@@ -83,4 +163,5 @@ def _end_moves(
             before = newest_move(session, row.world, row.robot, before=row.fence)
             row.lease_s = None if before is None else before.lease_s
         row.ended_at = utc_now()
+        row.mind = None
         tell_of_move(session, events, row)

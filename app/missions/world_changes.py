@@ -246,7 +246,8 @@ class WorldChanges:
         """Make the edits within a transaction; see `change`. It locks the world's missions, then the world.
 
         :param observed: the edits were seen to be so: beliefs and missions in the way give way.
-        :param resting: robots whose minds rest: their bodies are exchanged though missions need them.
+        :param resting: robots whose minds rest: their bodies are exchanged though missions need them, and another
+            program goes on with what the one before has in mind.
         """
         core = self._core
         lock_running_missions(session, world)  # lock order: missions before the world
@@ -270,7 +271,7 @@ class WorldChanges:
         session.flush()
         core.facts.numbers.complete(session, edited.world, edited.facts, source=source, at_s=at_s)
         _forget_gone(session, edited.world)
-        _forget_replaced(session, core.events, edited)
+        _forget_replaced(session, core.events, edited, resting)
         recorded = EditionRow(
             world=world,
             edition=checked.edition,
@@ -326,7 +327,7 @@ class WorldChanges:
         edited = apply_edits(edition.world, edits, supposed, self._core.knowledge_base)
         if not observed:
             self._refuse_needed(session, edition.world, edited, resting)
-            self._refuse_connected(edition.world, edited)
+            self._refuse_connected(edition.world, edited, resting)
             self._refuse_foreign(world, edited)
         return CheckedChange(
             edition=edition.number + 1,
@@ -393,10 +394,10 @@ class WorldChanges:
                         thing=needed[0],
                     )
 
-    def _refuse_connected(self, before: WorldFile, edited: EditedWorld) -> None:
+    def _refuse_connected(self, before: WorldFile, edited: EditedWorld, resting: Collection[str]) -> None:
         """Refuse a twin for a robot that is connected: both would follow the twin's orders."""
         for index, edit in enumerate(edited.made):
-            if not isinstance(edit, ChangeRobot) or edit.external is not False:
+            if not isinstance(edit, ChangeRobot) or edit.external is not False or edit.name in resting:
                 continue
             robot = before.robots_by_name.get(edit.name)
             if robot is not None and robot.external and self._is_connected(edit.name):
@@ -459,9 +460,11 @@ def _tuning_of(edit: WorldEdit) -> PacketTunings:
     return {}
 
 
-def _forget_replaced(session: Session, events: EventLog, edited: EditedWorld) -> None:
-    """Drop the factsheets of robots in whose place others speak from now on, and end their leases and the moves of
-    their minds; those get tunings and rules anew.
+def _forget_replaced(
+    session: Session, events: EventLog, edited: EditedWorld, resting: Collection[str]
+) -> None:
+    """Drop the factsheets of robots in whose place others speak from now on. If these begin without the robots' minds,
+    end their leases and the moves of their minds; those get tunings and rules anew.
     """
     world = edited.world.name
     replaced = [edit.name for edit in edited.made if isinstance(edit, ChangeRobot) and edit.replaces]
@@ -469,9 +472,10 @@ def _forget_replaced(session: Session, events: EventLog, edited: EditedWorld) ->
         session.execute(
             delete(FactsheetRow).where(FactsheetRow.world == world, FactsheetRow.robot.in_(replaced))
         )
-        renew_tunings(session, world, replaced)
-        renew_rules(session, world, replaced)
-        end_for_replaced(session, events, edited.world, replaced)
+        anew = [name for name in replaced if name not in resting]
+        renew_tunings(session, world, anew)
+        renew_rules(session, world, anew)
+        end_for_replaced(session, events, edited.world, anew)
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:

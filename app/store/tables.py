@@ -567,10 +567,12 @@ class RoleRow(Base):
 class EmbodimentRow(Base):
     """A move of a robot's mind into another body, by its fencing number, which counts up for each robot.
 
-    `state`, `reason`: see `app.domain.lifecycles.embodiment`. `body`, `former`: as in a world file. `edition`: of the
-    world, which exchanges the bodies; None: none was made. `lease_s`: how long the robot may act without hearing of the
-    service, None: without end; `lease_until_s`: the latest time that it was promised, `lease_told_s`: that it has
-    confirmed, both by the world's clock.
+    `state`, `reason`: see `app.domain.lifecycles.embodiment`. `body`, `former`: see `app.missions.embodiment_record`.
+    `mind`: the document that one program hands over to another, as far as it has come: `digest`, `count` and `texts`
+    of its pieces; None: none has. `taken`: how many pieces the other program has; `asked_s`: since when it is asked to
+    take them (world's clock). `edition`: of the world, which exchanges the bodies; None: none was made. `lease_s`: how
+    long the robot may act without hearing of the service, None: without end; `lease_until_s`: the latest time that it
+    was promised, `lease_told_s`: that it has confirmed, both by the world's clock.
     """
 
     __tablename__ = "embodiments"
@@ -585,6 +587,9 @@ class EmbodimentRow(Base):
     lease_s: Mapped[float | None]
     lease_until_s: Mapped[float | None]
     lease_told_s: Mapped[float | None]
+    mind: Mapped[dict[str, Any] | None]
+    taken: Mapped[int] = mapped_column(default=0)
+    asked_s: Mapped[float | None]
     actor: Mapped[str]
     comment: Mapped[str] = mapped_column(default="")
     created_at: Mapped[str] = mapped_column(default=utc_now)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from robots.clock import ManualClock
 from robots.deliberative.mind import Mind
+from robots.executive.hand_over import pieces_of
 from robots.link import InMemoryLink
 from robots.wire import (
     WORLD,
@@ -26,6 +27,8 @@ from robots.wire import (
     MindOrderReport,
     MindQuery,
     MindReport,
+    MindTransfer,
+    MindTransferReport,
     MindVerb,
     NotUnderstood,
     PacketReport,
@@ -33,6 +36,7 @@ from robots.wire import (
     PacketState,
     PacketTunings,
     Performative,
+    Program,
     Receipt,
     Refusal,
     Retune,
@@ -57,6 +61,9 @@ from robots.wire import (
 from robots.world import load_world
 
 STORE = load_world("sample_store")
+DOCUMENT = '{"version": 1, "robot": "whoever"}'
+"""What any robot hands over as its mind."""
+NO_MIND = "no mind was handed over"
 TICK_S = 0.5
 SAID_AGAIN_S = 0.5
 """Wall-clock seconds without a receipt after which a patient team says a report again."""
@@ -92,6 +99,10 @@ class FakeRobot:
     orders: list[MindOrder] = field(default_factory=list)
     """What its mind was ordered, each once."""
     rests: bool = False
+    program: Program = Program.WORLD
+    """Which of its programs acts, or has acted last."""
+    taken: dict[int, str] = field(default_factory=dict)
+    """What its own software has of the mind that is handed over, by the number of the piece."""
     says: dict[str, list[tuple[Performative, str]]] = field(default_factory=dict)
     """What it answers, one after the other, by the name of the content's term, or its beginning, `leg(leg_1`; else
     nothing.
@@ -126,6 +137,10 @@ class Faults:
     late_s: dict[tuple[str, str], float] = field(default_factory=dict)
     """By how much a robot's report that a packet of a tag has ended arrives late."""
     repeats: bool = False
+    own_is_off: set[str] = field(default_factory=set)
+    """Robots whose own software does not run."""
+    unfit: dict[str, str] = field(default_factory=dict)
+    """Why a robot's own software takes no mind."""
     world_refuses: bool = False
     """The world takes up no edition."""
     lost: int = 0
@@ -153,6 +168,8 @@ class FakeTeam:
         self.replies: list[tuple[str, FactsheetAnswer]] = []
         """What robots were told of their factsheets, in order."""
         self.editions: list[int] = []
+        self.minds: list[dict[str, str]] = []
+        """With which the world was to take the places of robots' own software, by edition."""
         """Those that the world was told of, in order."""
         self.edition = 0
         """The one that the world has taken up."""
@@ -209,7 +226,7 @@ class FakeTeam:
                 self.arrived.append(message.id)
                 if self.faults.lost > 0:
                     self.faults.lost -= 1
-                elif message.receiver not in self.faults.silent:
+                elif message.receiver not in self.faults.silent and not self._is_for_nobody(message):
                     self._take(message)
             self.clock.advance(TICK_S)
             for name, robot in self.robots.items():
@@ -221,6 +238,14 @@ class FakeTeam:
                 self._held_back.remove(held)
                 self._say(held[1])
             time.sleep(0.005)
+
+    def _is_for_nobody(self, message: Message) -> bool:
+        """True for what is for a robot's own software that does not run."""
+        body = message.body
+        is_for_own = isinstance(body, MindTransfer) or (
+            isinstance(body, MindOrder) and body.to is Program.OWN
+        )
+        return is_for_own and message.receiver in self.faults.own_is_off
 
     def _take(self, message: Message) -> None:
         if message.receiver == WORLD:
@@ -246,8 +271,9 @@ class FakeTeam:
             answer = self._follow(message, message.body, robot.mind)
         else:
             answer = self._answer(message, robot)
-        robot.answers[message.id] = answer
-        self._far.send(robot.answers[message.id])
+        if not _may_be_otherwise(answer):
+            robot.answers[message.id] = answer
+        self._far.send(answer)
 
     def _take_at_once(self, message: Message, body: SetPoint | SpeechAct, robot: FakeRobot) -> None:
         if isinstance(body, SetPoint):
@@ -268,6 +294,7 @@ class FakeTeam:
     def _take_as_world(self, message: Message) -> None:
         if isinstance(message.body, WorldChange):
             self.editions.append(message.body.edition)
+            self.minds.append(message.body.minds)
             refused = self.faults.world_refuses
             self.edition = self.edition if refused else message.body.edition
             taken = WorldEdition(edition=self.edition, reason="it cannot be made" if refused else "")
@@ -353,7 +380,7 @@ class FakeTeam:
                 return self._message(
                     name, Performative.AGREE, Acknowledgement(script_id=script_id), message.id
                 )
-            case Control() | MindOrder():
+            case Control() | MindOrder() | MindTransfer():
                 return self._obey(message, message.body, robot)
             case StatusQuery(script_id=script_id):
                 known = robot.script is not None and robot.script.id == script_id
@@ -370,22 +397,43 @@ class FakeTeam:
                 return self._message(name, Performative.INFORM, status, message.id)
         raise AssertionError(f"a robot is not sent {message.body.kind}")
 
-    def _obey(self, message: Message, order: Control | MindOrder, robot: FakeRobot) -> Message:
+    def _obey(self, message: Message, order: Control | MindOrder | MindTransfer, robot: FakeRobot) -> Message:
         name = message.receiver
         if isinstance(order, Control):
             return self._ordered(message, order, robot)
+        if isinstance(order, MindTransfer):
+            return self._take_mind(message, order, robot)
         robot.orders.append(order)
         refused = name in self.faults.refuses
-        if not refused:
+        reason = f"{name} is not willing" if refused else ""
+        is_own = order.to is Program.OWN and robot.program is Program.WORLD and not refused
+        if is_own and order.verb is MindVerb.GO_ON and not robot.taken:
+            reason = NO_MIND
+        if not reason:
             robot.rests = order.verb is MindVerb.REST
+            if order.verb is MindVerb.GO_ON and order.to is not None:
+                robot.program = order.to
+                robot.taken = {}
+        hands_over = order.piece is not None and not reason
         report = MindOrderReport(
             verb=order.verb,
             fence=order.fence,
-            reason=f"{name} is not willing" if refused else "",
+            reason=reason,
             lease_until_s=order.lease_until_s,
+            mind=pieces_of(DOCUMENT, size=10)[order.piece or 0] if hands_over else None,
         )
-        performative = Performative.REFUSE if refused else Performative.AGREE
+        performative = Performative.REFUSE if reason else Performative.AGREE
         return self._message(name, performative, report, message.id)
+
+    def _take_mind(self, message: Message, transfer: MindTransfer, robot: FakeRobot) -> Message:
+        name, piece = message.receiver, transfer.mind
+        reason = self.faults.unfit.get(name, "")
+        if not reason:
+            robot.taken[piece.number] = piece.text
+        report = MindTransferReport(
+            fence=transfer.fence, digest=piece.digest, number=piece.number, reason=reason
+        )
+        return self._message(name, Performative.REFUSE if reason else Performative.AGREE, report, message.id)
 
     def _ordered(self, message: Message, order: Control, robot: FakeRobot) -> Message:
         name, script_id = message.receiver, order.script_id
@@ -531,3 +579,11 @@ class FakeTeam:
             in_reply_to=in_reply_to,
             body=body,
         )
+
+
+def _may_be_otherwise(answer: Message) -> bool:
+    """True for an answer that depends on whether the mind is there: repeated, the request gets another one."""
+    body = answer.body
+    return isinstance(body, MindTransferReport) or (
+        isinstance(body, MindOrderReport) and body.reason == NO_MIND
+    )

@@ -12,6 +12,8 @@ class EmbodimentState(StrEnum):
 
     REQUESTED = "requested"
     """The robot is asked to rest at a safe point; until it does, it goes on as it is."""
+    HANDING_OVER = "handing_over"
+    """Its mind rests, and is handed over from one program to another, the world's simulation or the robot's own."""
     MOVING = "moving"
     """Its mind rests. The exchange of its body is recorded, and the world is told of it."""
     GOING_ON = "going_on"
@@ -28,6 +30,7 @@ class EmbodimentState(StrEnum):
 
 OPEN = (
     EmbodimentState.REQUESTED,
+    EmbodimentState.HANDING_OVER,
     EmbodimentState.MOVING,
     EmbodimentState.GOING_ON,
     EmbodimentState.RETURNING,
@@ -40,12 +43,19 @@ GOES_ON_AS: Mapping[str, EmbodimentState] = {
 """By the state of a move in which the robot is told to go on, the state once it does."""
 _TRANSITIONS: Mapping[EmbodimentState, Collection[EmbodimentState]] = {
     EmbodimentState.REQUESTED: (
+        EmbodimentState.HANDING_OVER,
         EmbodimentState.MOVING,
         EmbodimentState.RETURNING,
         EmbodimentState.REFUSED,
     ),
+    EmbodimentState.HANDING_OVER: (EmbodimentState.MOVING, EmbodimentState.RETURNING),
     EmbodimentState.MOVING: (EmbodimentState.GOING_ON, EmbodimentState.RETURNING),
-    EmbodimentState.GOING_ON: (EmbodimentState.EMBODIED, EmbodimentState.RETURNED),
+    # A program that has lost the mind is handed it again.
+    EmbodimentState.GOING_ON: (
+        EmbodimentState.EMBODIED,
+        EmbodimentState.RETURNED,
+        EmbodimentState.HANDING_OVER,
+    ),
     EmbodimentState.RETURNING: (EmbodimentState.RETURNED,),
 }
 

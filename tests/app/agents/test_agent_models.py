@@ -12,6 +12,7 @@ from robots.link import InMemoryLink
 from robots.wire import (
     Message,
     MindOrderReport,
+    MindTransferReport,
     MindVerb,
     NotUnderstood,
     Performative,
@@ -128,6 +129,7 @@ class Minds:
 
     def __init__(self) -> None:
         self.answers: list[tuple[Performative, MindOrderReport]] = []
+        self.transfers: list[tuple[Performative, MindTransferReport]] = []
 
     def due(self, world: str) -> Sequence[DueOrder]:
         return ()
@@ -139,6 +141,11 @@ class Minds:
         self, world: str, robot: str, performative: Performative, report: MindOrderReport
     ) -> None:
         self.answers.append((performative, report))
+
+    def record_transfer(
+        self, world: str, robot: str, performative: Performative, report: MindTransferReport
+    ) -> None:
+        self.transfers.append((performative, report))
 
 
 @pytest.mark.parametrize(
@@ -156,3 +163,16 @@ def test_a_robot_that_does_not_understand_an_order_to_its_mind_refuses_it(
     reason = "not understood: unknown kind mind_order"
     refusal = MindOrderReport(verb=MindVerb(verb), fence=4, reason=reason)
     assert minds.answers == [(Performative.REFUSE, refusal)]
+
+
+def test_a_robot_that_does_not_understand_that_it_is_to_take_a_mind_refuses_it(service: Service) -> None:
+    near, far = InMemoryLink.pair()
+    body = NotUnderstood(reason="unknown kind mind_transfer")
+    asked = "yard_1:mind:4:transfer:9f86d081:0"
+    far.send(report("m1").model_copy(update={"body": body, "in_reply_to": asked}))
+    minds = Minds()
+    with agent_models(service, near, Reports(), minds):
+        until(lambda: minds.transfers)
+    (refused,) = minds.transfers
+    assert refused[0] is Performative.REFUSE
+    assert (refused[1].fence, refused[1].reason) == (4, "not understood: unknown kind mind_transfer")

@@ -5,7 +5,8 @@ import { el, replace } from "../page/dom.js";
 import { words } from "../page/format.js";
 import { attempt } from "../page/problem.js";
 
-const KINDS = ["velocity", "wheeled", "avatar"];
+const REAL = "real";
+const KINDS = ["velocity", "wheeled", "avatar", REAL];
 
 /** @param {Element} root */
 export function mountBody(root) {
@@ -35,9 +36,9 @@ export function mountBody(root) {
       isMoving ? `a move to ${move.body.kind} is ${words(move.state)}` : move?.reason ? `not moved to ${move.body.kind}: ${move.reason}` : null,
     ];
     const note = el("span", { class: "quiet small", role: "status" }, said.filter(Boolean).join("; "));
-    if (kind === "real") return note;
-    const kinds = KINDS.includes(body.kind) ? KINDS : [body.kind, ...KINDS];
-    const choice = el("select", { "aria-label": "Body", disabled: isMoving }, kinds.map((each) => el("option", { value: each, selected: each === body.kind }, each)));
+    const now = kind === REAL ? REAL : body.kind;
+    const kinds = KINDS.includes(now) ? KINDS : [now, ...KINDS];
+    const choice = el("select", { "aria-label": "Body", disabled: isMoving }, kinds.map((each) => el("option", { value: each, selected: each === now }, each)));
     choice.addEventListener("change", () => moveTo(choice.value));
     return [el("label", { class: "small" }, "body ", choice), note];
   }
