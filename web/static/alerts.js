@@ -35,11 +35,11 @@ function alert(tone, text, ...buttons) {
 }
 
 /** @param {string} goal */
-const review = (goal) => el("button", { type: "button", "data-goal": goal }, "Review");
+const review = (goal) => el("button", { "data-goal": goal }, "Review");
 
 /** @param {Mission} mission @param {string} verb @param {string} label */
 function command(mission, verb, label) {
-  return el("button", { type: "button", "data-path": `/v1/missions/${id(mission.id)}:${verb}`, "data-goal": mission.goal_id }, label);
+  return el("button", { "data-path": `/v1/missions/${id(mission.id)}:${verb}`, "data-goal": mission.goal_id }, label);
 }
 
 /** @param {State} state */

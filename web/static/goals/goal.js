@@ -1,7 +1,7 @@
 // The head of the middle pane: the goal, its planning progress, and what an operator can do about it.
 
 import { id } from "../page/api.js";
-import { byId, el, replace, show } from "../page/dom.js";
+import { badge, byId, el, replace, show } from "../page/dom.js";
 import { displayState, facts, seconds, tone, words } from "../page/format.js";
 import { part } from "../page/part.js";
 import { commandButton, problemBox } from "../page/problem.js";
@@ -48,7 +48,7 @@ function head(goal, due, planning, refresh) {
       "div",
       { class: "head" },
       el("h2", {}, goal.text || facts(goal.goal)),
-      el("span", { class: `badge ${tone(state)}`, "data-testid": "goal-state" }, words(state)),
+      badge(tone(state), words(state), { "data-testid": "goal-state" }),
     ),
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
     terms.length ? el("ul", { class: "terms", "data-testid": "goal-terms-kept" }, terms) : null,

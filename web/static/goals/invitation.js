@@ -17,7 +17,7 @@ export function mountInvitation(store) {
     { class: "empty", "data-testid": "invitation" },
     el("h2", {}, "No goal yet"),
     el("ol", {}, STEPS.map(([step, about]) => el("li", {}, el("b", {}, step), el("div", { class: "quiet" }, about)))),
-    el("button", { type: "button", class: "primary", onclick: () => byId("goal-text", HTMLElement).focus() }, "State a goal"),
+    el("button", { class: "primary", onclick: () => byId("goal-text", HTMLElement).focus() }, "State a goal"),
   );
   store.subscribe(({ goal }) => {
     if (goal !== null) invitation.remove();

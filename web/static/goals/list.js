@@ -1,6 +1,6 @@
 // The left pane's lists: goals and missions, newest first, a page at a time.
 
-import { byId, closest, el } from "../page/dom.js";
+import { badge, byId, closest, el } from "../page/dom.js";
 import { displayState, facts, newestFirst, tone, words } from "../page/format.js";
 
 /** @typedef {{id: string, goal: string, text: string, state: string, reason?: string | null, isSelected?: boolean}} Item */
@@ -28,7 +28,7 @@ export function mountLists(store, { select, loadOlder }) {
  */
 function mountList(name, testId, select, loadOlder) {
   const list = byId(name, HTMLElement);
-  const older = el("li", {}, el("button", { type: "button", class: "older", onclick: () => loadOlder(name) }, "Show older"));
+  const older = el("li", {}, el("button", { class: "older", onclick: () => loadOlder(name) }, "Show older"));
   /** @type {Map<string, {looks: string, node: HTMLElement}>} */
   let known = new Map();
   list.addEventListener("click", (event) => {
@@ -65,9 +65,9 @@ function drawItem({ goal, text, state, reason, isSelected }, testId) {
     {},
     el(
       "button",
-      { type: "button", class: isSelected ? "item chosen" : "item", "data-testid": testId, "data-goal": goal, "aria-pressed": isSelected === undefined ? null : String(isSelected) },
+      { class: isSelected ? "item chosen" : "item", "data-testid": testId, "data-goal": goal, "aria-pressed": isSelected === undefined ? null : String(isSelected) },
       el("span", { class: "item-text" }, text),
-      el("span", { class: `badge ${tone(state)}` }, words(state)),
+      badge(tone(state), words(state)),
       reason ? el("span", { class: "quiet small whole" }, reason) : null,
     ),
   );

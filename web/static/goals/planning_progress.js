@@ -1,6 +1,6 @@
 // A goal's planning progress: the engine, the best plan so far, the proven bound, and both over time.
 
-import { el, svg } from "../page/dom.js";
+import { el, quiet, svg } from "../page/dom.js";
 import { gap, roughly, seconds } from "../page/format.js";
 
 /** @typedef {{from: number, best: number, bound: number | null}} Step */
@@ -24,7 +24,7 @@ export function createPlanningProgress(now = () => performance.now() / 1000) {
       "div",
       { class: "note", "data-testid": "planning" },
       el("b", {}, summary),
-      el("span", { class: "quiet" }, ` after ${roughly(elapsed)}, ${engine}`),
+      quiet(` after ${roughly(elapsed)}, ${engine}`),
       best !== null ? el("div", { class: "small" }, gap(best, bound)) : null,
       heard.steps.length ? chart(heard.steps, elapsed) : null,
     );

@@ -1,7 +1,7 @@
 // The middle pane's mission: robots' progress, time against the estimate, results and messages.
 
 import { id } from "../page/api.js";
-import { byId, el, replace, show } from "../page/dom.js";
+import { badge, byId, el, quiet, replace, show } from "../page/dom.js";
 import { seconds, tone, words } from "../page/format.js";
 import { part } from "../page/part.js";
 import { attempt, commandButton, problemBox } from "../page/problem.js";
@@ -78,10 +78,10 @@ function card(mission, { clock, problem, more }, { refresh, replay }) {
       "div",
       { class: "head" },
       el("h3", {}, "Mission"),
-      el("span", { class: `badge ${tone(mission.state)}`, "data-testid": "mission-state" }, words(mission.state)),
-      mission.failure && mission.failure !== mission.state ? el("span", { class: "badge bad", title: "what failed" }, words(mission.failure)) : null,
+      badge(tone(mission.state), words(mission.state), { "data-testid": "mission-state" }),
+      mission.failure && mission.failure !== mission.state ? badge("bad", words(mission.failure), { title: "what failed" }) : null,
       el("span", { class: "spring" }),
-      hasEnded ? el("button", { type: "button", "data-testid": "mission-replay", onclick: () => attempt([], problem, () => replay(mission)) }, "Replay") : controls(mission, problem, refresh),
+      hasEnded ? el("button", { "data-testid": "mission-replay", onclick: () => attempt([], problem, () => replay(mission)) }, "Replay") : controls(mission, problem, refresh),
     ),
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
     recovery(mission),
@@ -95,7 +95,7 @@ function card(mission, { clock, problem, more }, { refresh, replay }) {
 
 /** @param {Mission} mission @param {Element} problem @param {() => void} refresh @returns {Child} */
 function controls(mission, problem, refresh) {
-  if (mission.cancel_requested) return el("span", { class: "badge warn", "data-testid": "mission-ending" }, "being cancelled: waits for its robots");
+  if (mission.cancel_requested) return badge("warn", "being cancelled: waits for its robots", { "data-testid": "mission-ending" });
   const isStuck = mission.recovery?.step === "stuck" && mission.state !== "paused";
   const first = isStuck ? ["resume", "Try again"] : mission.state === "paused" ? ["resume", "Resume"] : ["pause", "Pause"];
   /** @param {HTMLButtonElement} button */
@@ -132,7 +132,7 @@ function silenceNotes(mission, state) {
   return silences(mission, state.robots, state.worldTimes[mission.world]).map((silence) => el(
     "p",
     { class: "small silence", "data-testid": "silence" },
-    el("span", { class: `badge ${silence.tone}` }, `${silence.robot} ${silence.word}`),
+    badge(silence.tone, `${silence.robot} ${silence.word}`),
     ` ${silence.note}; below is what was known then`,
   ));
 }
@@ -146,9 +146,9 @@ function robotProgress(script) {
       "div",
       { class: "script-head" },
       el("b", {}, script.robot),
-      el("span", { class: `badge ${tone(script.state)}` }, words(script.state ?? script.delivery ?? "waiting")),
+      badge(tone(script.state), words(script.state ?? script.delivery ?? "waiting")),
       script.order ? el("span", { class: "quiet small" }, `told to ${script.order}, no answer yet`) : null,
-      script.lost ? el("span", { class: "badge bad" }, "lost") : null,
+      script.lost ? badge("bad", "lost") : null,
     ),
     el("ol", { class: "packets" }, (script.packets ?? []).map((packet) => packetItem(packet, isAborted(script, packet)))),
   );
@@ -161,7 +161,7 @@ function packetItem(packet, aborted) {
     { class: `packet ${aborted ? "" : tone(packet.state)}`, title: packet.description ?? "", "data-state": packet.state },
     el("b", {}, packet.tag),
     el("span", {}, aborted ? "broken off" : words(packet.state)),
-    el("span", { class: "quiet" }, timing(packet)),
+    quiet(timing(packet)),
     packet.delegated_to ? el("span", { class: "waits" }, `by ${packet.delegated_to}`) : null,
     packet.waits_for?.length ? el("span", { class: "waits" }, `waits for ${packet.waits_for.join(", ")}`) : null,
   );

@@ -1,7 +1,7 @@
 // What a mission's packets have brought: images as thumbnails, which open large, and readings.
 
 import { id, list } from "../page/api.js";
-import { el, show } from "../page/dom.js";
+import { el, quiet, show } from "../page/dom.js";
 import { problemBox } from "../page/problem.js";
 
 /** Show the results of a mission, requested again when there are more. @param {HTMLElement} container @param {Mission} mission */
@@ -28,12 +28,12 @@ export function resultList(results, address, when) {
 /** @param {Result} result @param {(result: Result) => string} address @param {(result: Result) => string} when */
 function content(result, address, when) {
   const about = `${result.of}, by ${result.robot}, ${when(result)}`;
-  if (result.kind === "reading") return [el("b", {}, result.name), ` ${Number(result.value?.toPrecision(4))} ${result.unit} `, el("span", { class: "quiet" }, about)];
+  if (result.kind === "reading") return [el("b", {}, result.name), ` ${Number(result.value?.toPrecision(4))} ${result.unit} `, quiet(about)];
   const image = { src: address(result), alt: `${result.of} as the ${result.name} of ${result.robot} sees it` };
   return el(
     "figure",
     {},
-    el("button", { type: "button", title: "Show it large", onclick: () => enlarge(image, about) }, el("img", { ...image, loading: "lazy" })),
+    el("button", { title: "Show it large", onclick: () => enlarge(image, about) }, el("img", { ...image, loading: "lazy" })),
     el("figcaption", { class: "quiet small" }, about),
   );
 }
@@ -44,7 +44,7 @@ function enlarge(image, about) {
     "dialog",
     { class: "enlarged", "aria-label": about, "data-testid": "result-dialog" },
     el("img", image),
-    el("form", { method: "dialog", class: "row" }, el("span", { class: "spring" }, about), el("button", {}, "Close")),
+    el("form", { method: "dialog", class: "row" }, el("span", { class: "spring" }, about), el("button", { type: "submit" }, "Close")),
   );
   dialog.addEventListener("close", () => dialog.remove());
   document.body.append(dialog);

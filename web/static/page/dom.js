@@ -3,12 +3,19 @@
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
+ * A button submits its form only if its type says so.
  * @template {keyof HTMLElementTagNameMap} Tag
  * @param {Tag} tag @param {Attributes} attributes @param {...Child} children
  */
 export function el(tag, attributes = {}, ...children) {
-  return fill(document.createElement(tag), attributes, children);
+  return fill(document.createElement(tag), tag === "button" ? { type: "button", ...attributes } : attributes, children);
 }
+
+/** A state in a word, in a tone of `tone()`. @param {string} tone @param {Child} text @param {Attributes} [attributes] */
+export const badge = (tone, text, attributes) => el("span", { class: `badge ${tone}`, ...attributes }, text);
+
+/** @param {...Child} children */
+export const quiet = (...children) => el("span", { class: "quiet" }, ...children);
 
 /**
  * @template {keyof SVGElementTagNameMap} Tag

@@ -29,7 +29,7 @@ export function commandButton(label, path, box, done, attributes = {}) {
     await attempt([button], box, () => post(path));
     done(button);
   };
-  const button = el("button", { type: "button", ...attributes, onclick: send }, label);
+  const button = el("button", { ...attributes, onclick: send }, label);
   return button;
 }
 

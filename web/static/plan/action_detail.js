@@ -1,7 +1,7 @@
 // An action that is looked at, in words: when it is, what it needs and brings about, and why it is in the plan and this robot's.
 
 import { get, id } from "../page/api.js";
-import { el, show } from "../page/dom.js";
+import { badge, el, quiet, show } from "../page/dom.js";
 import { fact, seconds } from "../page/format.js";
 
 /** By path. @type {Map<string, Promise<ActionExplanation | null>>} */
@@ -34,9 +34,9 @@ function description(action, change) {
       { class: "head" },
       el("b", {}, `${action.id} ${action.tag}`),
       el("span", {}, action.agents.join(" and ")),
-      el("span", { class: "quiet" }, `starts ${seconds(action.earliest_start_s)}${latest}, takes ${seconds(action.duration_s)}`),
-      action.critical ? el("span", { class: "badge warn" }, "critical") : null,
-      change ? el("span", { class: "badge busy" }, change.words) : null,
+      quiet(`starts ${seconds(action.earliest_start_s)}${latest}, takes ${seconds(action.duration_s)}`),
+      action.critical ? badge("warn", "critical") : null,
+      change ? badge("busy", change.words) : null,
     ),
     el("p", {}, action.description ?? ""),
     el("dl", { class: "slots" }, slot("needs", action.preconditions), slot("brings about", action.intended_effects), slot("and also", action.other_effects), slot("ends", action.deletes)),

@@ -1,6 +1,6 @@
 // The plans of a goal beside each other.
 
-import { closest, el, svg } from "../page/dom.js";
+import { badge, closest, el, quiet, svg } from "../page/dom.js";
 import { seconds } from "../page/format.js";
 import { byNumber, kind } from "./drawing.js";
 import { percent } from "./percent.js";
@@ -28,8 +28,8 @@ export function comparison(viewed, plans, viewPlan) {
     const isViewed = plan.id === viewed.id;
     return el(
       "button",
-      { type: "button", class: "choice-card", "data-keep": plan.id, "aria-pressed": String(isViewed), onclick: () => viewPlan(plan.id) },
-      el("span", { class: "choice-head" }, el("b", {}, plan.label || "the plan"), isViewed ? el("span", { class: "badge busy" }, "shown below") : null),
+      { class: "choice-card", "data-keep": plan.id, "aria-pressed": String(isViewed), onclick: () => viewPlan(plan.id) },
+      el("span", { class: "choice-head" }, el("b", {}, plan.label || "the plan"), isViewed ? badge("busy", "shown below") : null),
       miniature(plan, robots, end),
       el("span", { class: "quiet small" }, [plan.robots.join(", "), plan.comparison].filter(Boolean).join(": ")),
       shown.map(([name, value, format]) => figure(name, value(plan), plans.map(value), format)),
@@ -57,7 +57,7 @@ function figure(name, value, all, format) {
   return el(
     "span",
     { class: isBest ? "figure best" : "figure" },
-    el("span", { class: "quiet" }, name),
+    quiet(name),
     svg(
       "svg",
       { viewBox: "0 0 100 8", preserveAspectRatio: "none", class: "utility", "aria-hidden": "true" },

@@ -1,6 +1,6 @@
 // The dialog that confirms an approval: which robots will move, and what they may decide themselves. Loaded when it is asked for.
 
-import { el } from "../page/dom.js";
+import { el, quiet } from "../page/dom.js";
 import { seconds } from "../page/format.js";
 
 const MAX_TAGS = 6;
@@ -8,7 +8,7 @@ const MAX_TAGS = 6;
 /** @param {Plan} plan @param {(delegate: boolean) => void} onApproved */
 export function confirm(plan, onApproved) {
   const delegate = el("input", { type: "checkbox", "data-testid": "plan-delegate" });
-  const go = el("button", { class: "primary", value: "go", "data-testid": "plan-confirm" }, `Approve: ${plan.robots.join(", ")} will move`);
+  const go = el("button", { type: "submit", class: "primary", value: "go", "data-testid": "plan-confirm" }, `Approve: ${plan.robots.join(", ")} will move`);
   const dialog = el(
     "dialog",
     { "aria-labelledby": "confirm-title", "data-testid": "plan-dialog" },
@@ -16,10 +16,10 @@ export function confirm(plan, onApproved) {
       "form",
       { method: "dialog" },
       el("h2", { id: "confirm-title" }, plan.robots.length === 1 ? "This robot will move" : `These ${plan.robots.length} robots will move`),
-      el("ul", { class: "movers" }, plan.robots.map((robot) => el("li", {}, el("b", {}, robot), " ", el("span", { class: "quiet" }, actionTags(plan, robot))))),
+      el("ul", { class: "movers" }, plan.robots.map((robot) => el("li", {}, el("b", {}, robot), " ", quiet(actionTags(plan, robot))))),
       el("p", { class: "quiet small" }, `The mission is expected to take ${seconds(plan.makespan_s)}. Robots go on by themselves when out of contact.`),
       el("label", { class: "small" }, delegate, " A robot out of contact may have another do what it fails at"),
-      el("div", { class: "row" }, el("button", { value: "no", formnovalidate: true }, "Not yet"), go),
+      el("div", { class: "row" }, el("button", { type: "submit", value: "no", formnovalidate: true }, "Not yet"), go),
     ),
   );
   dialog.addEventListener("close", () => {

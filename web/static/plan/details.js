@@ -1,6 +1,6 @@
 // Why a plan is as it is, what robots have bid for its legs, and its causal links; loaded once an operator opens one of them.
 
-import { el } from "../page/dom.js";
+import { el, quiet } from "../page/dom.js";
 import { fact, seconds, words } from "../page/format.js";
 import { percent } from "./percent.js";
 
@@ -54,7 +54,7 @@ export function links({ causal_links: all = [] }) {
   return el(
     "ul",
     { class: "links" },
-    all.map((link) => el("li", {}, el("span", { class: "quiet" }, link.producer), " → ", el("code", {}, fact(link.fact)), " → ", el("span", { class: "quiet" }, link.consumer))),
+    all.map((link) => el("li", {}, quiet(link.producer), " → ", el("code", {}, fact(link.fact)), " → ", quiet(link.consumer))),
   );
 }
 

@@ -2,7 +2,7 @@
 // progress is drawn beneath them.
 
 import { elapsed, planStart } from "../mission/timing.js";
-import { closest, el, replace, show, svg } from "../page/dom.js";
+import { badge, closest, el, replace, show, svg } from "../page/dom.js";
 import { LANE_PX, TOP_PX, actionBar, actualTimes, background, byNumber, causalLinks, definitions, pictureScale, previousAction, silentLanes } from "./drawing.js";
 
 const MIN_WIDTH_PX = 260;
@@ -16,7 +16,7 @@ export function createPicture(onSelect) {
   const names = el("ul", { class: "lane-names", "aria-hidden": "true" });
   const scroller = el("div", { class: "picture-scroller" });
   /** @param {string} sign @param {string} label @param {number} factor */
-  const zoomButton = (sign, label, factor) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => zoomBy(factor) }, sign);
+  const zoomButton = (sign, label, factor) => el("button", { "aria-label": label, title: label, onclick: () => zoomBy(factor) }, sign);
   const node = el("div", { class: "picture", "data-testid": "picture" }, names, scroller, el("div", { class: "zoom" }, zoomButton("−", "Narrower", 1 / ZOOM), zoomButton("+", "Wider", ZOOM)));
   const layers = { silent: svg("g"), links: svg("g", { class: "links" }), previous: svg("g"), bars: svg("g"), actual: svg("g"), selectedLinks: svg("g", { class: "links chosen" }) };
   /** @type {Plan | null} */
@@ -75,7 +75,7 @@ export function createPicture(onSelect) {
     replace(layers.silent, lanes.map(({ hatch }) => hatch));
     drawn.robots.forEach((robot, lane) => {
       const silence = silences.find((one) => one.robot === robot);
-      show(names.children[lane], el("span", {}, robot), silence ? el("span", { class: `badge ${silence.tone}` }, silence.word) : null);
+      show(names.children[lane], el("span", {}, robot), silence ? badge(silence.tone, silence.word) : null);
     });
   }
 

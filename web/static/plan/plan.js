@@ -2,24 +2,25 @@
 
 import { planStart, silences } from "../mission/timing.js";
 import { get, id } from "../page/api.js";
-import { byId, el, replace, show } from "../page/dom.js";
+import { badge, byId, el, replace, show } from "../page/dom.js";
 import { fact, gap, instant, seconds, tone, words } from "../page/format.js";
 import { part, whenOpened } from "../page/part.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { problemBox } from "../page/problem.js";
-import { alternatives } from "./alternatives.js";
-import { decision, mountDecisionKeys } from "./decision.js";
 import { byNumber } from "./drawing.js";
 import { NO_CHANGES, createPicture } from "./picture.js";
 
 /** @typedef {{viewPlan: (planId: string) => void, refresh: () => void}} Actions */
-
-/** @typedef {typeof import("./repair.js")} Repair */
+/** What some plans need in addition. @typedef {{decision?: typeof import("./decision.js"), chance?: typeof import("./chance.js"), comparison?: typeof import("./comparison.js"), repair?: typeof import("./repair.js")}} Extras */
 
 const fetchAction = part(() => import("./action_detail.js"));
-const fetchChance = part(() => import("./chance.js"));
 const fetchDetails = part(() => import("./details.js"));
-const fetchRepair = part(() => import("./repair.js"));
+const fetchExtra = {
+  decision: part(() => import("./decision.js")),
+  chance: part(() => import("./chance.js")),
+  comparison: part(() => import("./comparison.js"), "comparison"),
+  repair: part(() => import("./repair.js")),
+};
 const HINT = "Point at an action, or go there with the arrow keys, to see what it needs and why it is there.";
 
 /** @param {Store} store @param {Actions} actions */
@@ -29,8 +30,8 @@ export function mountPlan(store, actions) {
   /** @type {string | null} */
   let lookedAt = null;
   let changes = NO_CHANGES;
-  /** @type {Repair | undefined} */
-  let repair; // fetched when a repaired plan is first shown
+  /** Fetched when a plan that needs them is first shown. @type {Extras} */
+  const extras = {};
   const picture = createPicture((action) => {
     const { plan, action: selected } = store.get();
     if (plan) showDetail(plan, action);
@@ -39,7 +40,6 @@ export function mountPlan(store, actions) {
   const chance = el("div");
   const views = { picture: el("div", {}, picture.node, detail), table: el("div") };
   let drawn = "";
-  mountDecisionKeys();
 
   /** The action under the pointer or selected. @param {Plan} plan @param {PlannedAction | null} action */
   async function showDetail(plan, action) {
@@ -57,12 +57,26 @@ export function mountPlan(store, actions) {
     }
   }
 
+  /** @param {(keyof Extras)[]} names */
+  async function fetchExtras(names) {
+    try {
+      const modules = await Promise.all(names.map(async (name) => [name, await fetchExtra[name]()]));
+      const isFirst = !extras.decision;
+      Object.assign(extras, Object.fromEntries(modules));
+      if (isFirst) extras.decision?.mountDecisionKeys();
+      store.update({});
+    } catch (error) {
+      drawn = "";
+      show(body, problemBox(error));
+    }
+  }
+
   /** @param {State} state @param {Plan | null} plan */
   function draw(state, plan) {
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.keep : undefined;
-    replace(body, plan ? card(plan, state, chance, views, actions, repair?.repairNote(plan, state.previousPlan)) : null);
+    replace(body, plan ? card(plan, state, chance, views, actions, extras) : null);
     if (!plan) return;
-    changes = plan.repairs && repair ? repair.planChanges(plan, state.previousPlan) : NO_CHANGES;
+    changes = (plan.repairs && extras.repair?.planChanges(plan, state.previousPlan)) ?? NO_CHANGES;
     replace(views.table, actionTable(plan, changes));
     picture.show(plan, changes);
     showDetail(plan, null);
@@ -75,18 +89,16 @@ export function mountPlan(store, actions) {
   store.subscribe((state) => {
     const { goal, plan, previousPlan, mission, replaying, worldTimes } = state;
     const key = JSON.stringify([goal?.state, goal?.alternatives, plan, previousPlan?.id, state.alternatives], steady);
-    if (plan?.repairs && !repair) {
-      fetchRepair().then((module) => {
-        repair = module;
-        store.update({});
-      }, (error) => show(body, problemBox(error)));
+    const wanted = extrasOf(state).filter((name) => !extras[name]);
+    if (wanted.length) {
+      fetchExtras(wanted);
       return;
     }
     if (key !== drawn) {
       drawn = key;
       draw(state, plan);
     }
-    showChance(chance, plan, worldTimes[goal?.world ?? ""]); // it sinks while the plan waits
+    show(chance, typeof plan?.forecast?.on_time === "number" && extras.chance?.chance(plan, plan.forecast, worldTimes[goal?.world ?? ""])); // it sinks while the plan waits
     if (replaying) return; // the player draws the recorded progress
     const isExecuted = plan && mission?.plan_id === plan.id;
     if (isExecuted) picture.showProgress(mission, worldTimes[mission.world], planSilences(mission, state));
@@ -95,8 +107,15 @@ export function mountPlan(store, actions) {
   return picture;
 }
 
-/** @param {Plan} plan @param {State} state @param {HTMLElement} chance @param {Record<string, HTMLElement>} views @param {Actions} actions @param {Child} repairNote */
-function card(plan, state, chance, views, actions, repairNote) {
+/** @param {State} state @returns {(keyof Extras)[]} */
+function extrasOf({ plan, alternatives }) {
+  const isProposed = plan?.state === "proposed";
+  const needs = { decision: isProposed, chance: typeof plan?.forecast?.on_time === "number", comparison: isProposed && alternatives.length > 1, repair: Boolean(plan?.repairs) };
+  return /** @type {(keyof Extras)[]} */ (Object.keys(needs)).filter((name) => needs[name]);
+}
+
+/** @param {Plan} plan @param {State} state @param {HTMLElement} chance @param {Record<string, HTMLElement>} views @param {Actions} actions @param {Extras} extras */
+function card(plan, state, chance, views, { viewPlan, refresh }, { decision, comparison, repair }) {
   return el(
     "article",
     { class: "card", "data-testid": "plan" },
@@ -104,16 +123,15 @@ function card(plan, state, chance, views, actions, repairNote) {
       "div",
       { class: "head" },
       el("h3", {}, `Plan: ${plan.actions.length} actions, ${seconds(plan.makespan_s)}`),
-      el("span", { class: `badge ${tone(plan.state)}`, "data-testid": "plan-state" }, words(plan.state)),
+      badge(tone(plan.state), words(plan.state), { "data-testid": "plan-state" }),
     ),
     el("p", { class: "quiet small" }, provenance(plan)),
     figures(plan),
     chance,
     lateGoals(plan),
-    repairNote,
+    repair?.repairNote(plan, state.previousPlan),
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
-    plan.state === "proposed" ? decision(plan, actions.refresh) : decisionTaken(plan),
-    alternatives(state.goal, plan, state.alternatives, actions),
+    plan.state === "proposed" ? decision?.decision(plan, state, refresh, state.alternatives.length > 1 && comparison?.comparison(plan, state.alternatives, viewPlan)) : decisionTaken(plan),
     viewChoice(views),
     legend(plan),
     later("why", "Why this plan", async ({ reasons }) => reasons(await get(`/v1/plans/${id(plan.id)}/explanation`))),
@@ -121,17 +139,6 @@ function card(plan, state, chance, views, actions, repairNote) {
     later("robots", "Why these robots", ({ robots }) => robots(plan)),
     plan.causal_links?.length ? later("causal-links", `Causal links (${plan.causal_links.length})`, ({ links }) => links(plan)) : null,
   );
-}
-
-/** @param {HTMLElement} place @param {Plan | null} plan @param {number | undefined} now */
-async function showChance(place, plan, now) {
-  if (typeof plan?.forecast?.on_time !== "number") return show(place);
-  try {
-    const { chance } = await fetchChance();
-    show(place, chance(plan, plan.forecast, now));
-  } catch (error) {
-    show(place, problemBox(error));
-  }
 }
 
 /** Leaves out of a key what sinks while a plan waits. @param {string} name @param {unknown} value */
@@ -149,7 +156,7 @@ function planSilences(mission, { robots, worldTimes }) {
 
 /** Picture or table, as the operator prefers. @param {Record<string, HTMLElement>} views */
 function viewChoice(views) {
-  const buttons = Object.keys(views).map((name) => el("button", { type: "button", "data-testid": `plan-as-${name}`, onclick: () => choose(name) }, name === "picture" ? "Picture" : "Table"));
+  const buttons = Object.keys(views).map((name) => el("button", { "data-testid": `plan-as-${name}`, onclick: () => choose(name) }, name === "picture" ? "Picture" : "Table"));
   /** @param {string} chosen */
   function choose(chosen) {
     savePreference("plan-view", chosen);

@@ -2,7 +2,7 @@
 // what robots said and what they believed.
 
 import { resultList } from "../mission/results.js";
-import { el, show, svg } from "../page/dom.js";
+import { el, quiet, show, svg } from "../page/dom.js";
 import { seconds, words } from "../page/format.js";
 import { createMessages } from "./messages.js";
 import { createMinds } from "./minds.js";
@@ -32,9 +32,9 @@ export function createControls({ recording, drawing, picture, more = [], onSeek 
   const slider = el("input", { type: "range", min: 0, max: duration, step: 0.1, "aria-label": "Time", "data-testid": "replay-time", title: "Arrow keys: a second; Page keys: an event; Space: play", onkeydown: onKey });
   slider.addEventListener("input", () => seek(recording.from + slider.valueAsNumber));
   const speed = el("select", { "aria-label": "Speed" }, SPEEDS.map((factor) => el("option", { value: factor }, `×${factor}`)));
-  const button = el("button", { type: "button", class: "primary", "data-testid": "replay-play", onclick: toggle }, "Play");
+  const button = el("button", { class: "primary", "data-testid": "replay-play", onclick: toggle }, "Play");
   /** @param {string} sign @param {string} label @param {number} by */
-  const jump = (sign, label, by) => el("button", { type: "button", "aria-label": label, title: label, onclick: () => events.step(by) }, sign);
+  const jump = (sign, label, by) => el("button", { "aria-label": label, title: label, onclick: () => events.step(by) }, sign);
 
   /** @param {number} at @param {number} [eventIndex] */
   function seek(at, eventIndex) {
@@ -120,10 +120,10 @@ function createEvents(recording, seek) {
     const about = [data.robot, data.packet, data.of, data.actor, data.source, data.text, data.reason, data.detail].filter(Boolean).join(" · ");
     return el("li", {}, el(
       "button",
-      { type: "button", tabindex: -1, onclick: () => seek(at) },
+      { tabindex: -1, onclick: () => seek(at) },
       el("span", { class: "number quiet" }, `${after < 0 ? "−" : ""}${seconds(Math.abs(after))}`),
       ` ${words(type.replace(".", ": "))}`,
-      about ? el("span", { class: "quiet" }, ` ${about}`) : null,
+      about ? quiet(` ${about}`) : null,
     ));
   }
 

@@ -44,11 +44,11 @@ export function mountPlayer(store, telemetry, { picture, world }) {
       const more = [
         el("a", { href: `${path}/recording`, download: "" }, "MCAP file"),
         el("a", { href: `${path}/replay.html`, download: "" }, "HTML file"),
-        el("button", { type: "button", "data-testid": "replay-close", onclick: close }, "Back to live"),
+        el("button", { "data-testid": "replay-close", onclick: close }, "Back to live"),
       ];
       controls = createControls({ recording, picture, drawing, more, onSeek });
     } catch (error) {
-      replace(panel, problemBox(error), el("button", { type: "button", onclick: close }, "Close"));
+      replace(panel, problemBox(error), el("button", { onclick: close }, "Close"));
       return;
     }
     replace(panel, controls.nodes);

@@ -22,7 +22,7 @@ export function mountRobots(store) {
   // A robot keeps its button, which may be under the pointer or hold the focus.
   /** @param {string} name */
   const lineOf = (name) => {
-    const line = lines.get(name) ?? el("button", { type: "button", "data-testid": "robot", "data-robot": name });
+    const line = lines.get(name) ?? el("button", { "data-testid": "robot", "data-robot": name });
     lines.set(name, line);
     return line;
   };

@@ -1,7 +1,7 @@
 // The selected robot: its link, battery and packet, its range readings and its behaviour synthesis.
 
 import { id } from "../page/api.js";
-import { byId, el, replace, show } from "../page/dom.js";
+import { badge, byId, el, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
 import { commandButton } from "../page/problem.js";
 import { serviceControl } from "./service.js";
@@ -52,12 +52,12 @@ export function mountRobotPanel(store, telemetry, { refresh, workbench }) {
         { class: "head" },
         el("h3", {}, robot.name),
         isPeripheral(robot) ? el("span", { "data-testid": "standing" }, `${robot.kind}, ${standing(robot)}`) : null,
-        el("span", { class: `badge ${robot.lost ? "bad" : tone(robot.connection)}`, "data-testid": "robot-connection" }, robot.lost ? "lost" : robot.world_stands ? "at a breakpoint" : words(robot.connection)),
+        badge(robot.lost ? "bad" : tone(robot.connection), robot.lost ? "lost" : robot.world_stands ? "at a breakpoint" : words(robot.connection), { "data-testid": "robot-connection" }),
         el("span", { class: "quiet small" }, lastHeard(robot)),
         el("span", { class: "spring" }),
         robot.lost ? declare(robot, "declare_found", "Declare found") : robot.connection === "online" ? null : declare(robot, "declare_lost", "Declare lost"),
-        isPeripheral(robot) ? null : el("button", { type: "button", "data-testid": "robot-bench", onclick: () => workbench.open("drive") }, "Drive"),
-        el("button", { type: "button", "aria-label": "Close", onclick: () => store.update({ robot: null }) }, "×"),
+        isPeripheral(robot) ? null : el("button", { "data-testid": "robot-bench", onclick: () => workbench.open("drive") }, "Drive"),
+        el("button", { "aria-label": "Close", onclick: () => store.update({ robot: null }) }, "×"),
       ),
     );
   }

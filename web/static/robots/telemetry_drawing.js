@@ -1,6 +1,6 @@
 // Draws a robot's telemetry: its behaviour synthesis, its state, its range readings.
 
-import { el, svg } from "../page/dom.js";
+import { el, quiet, svg } from "../page/dom.js";
 import { words } from "../page/format.js";
 
 const ROSE_PX = 120;
@@ -15,7 +15,7 @@ export function synthesis({ patterns = {}, resultants = {}, packet_tag: packet, 
   if (!active.length) return el("p", { class: "quiet small" }, packet ? `${packet}: no pattern is active` : "No packet is active.");
   const freedoms = [...new Set(active.map(([name]) => name.split("/")[0]))].sort();
   return [
-    el("p", { class: "small" }, el("b", {}, packet ?? ""), " ", el("span", { class: "quiet" }, words(state))),
+    el("p", { class: "small" }, el("b", {}, packet ?? ""), " ", quiet(words(state))),
     freedoms.map((freedom) => el(
       "div",
       { class: "freedom" },

@@ -10,7 +10,7 @@ const KEEP_BELOW_PX = 40;
 /** @returns {Conversation} */
 export function createConversation() {
   const views = ["diagram", "table"];
-  const buttons = views.map((name) => el("button", { type: "button", "data-testid": `speech-${name}`, onclick: () => setView(name) }, name === "table" ? "Table" : "Diagram"));
+  const buttons = views.map((name) => el("button", { "data-testid": `speech-${name}`, onclick: () => setView(name) }, name === "table" ? "Table" : "Diagram"));
   const who = el("select", { "aria-label": "Speaker", "data-testid": "speech-who", onchange: draw });
   const talk = el("select", { "aria-label": "Conversation", "data-testid": "speech-talk", onchange: draw });
   const count = el("span", { class: "quiet small", role: "status" });

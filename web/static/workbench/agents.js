@@ -1,17 +1,17 @@
 // The agents of a robot's mind: roles, beliefs and commitments.
 
-import { el } from "../page/dom.js";
+import { badge, el, quiet } from "../page/dom.js";
 import { seconds, words } from "../page/format.js";
 
 /** The tone of a commitment's badge, where it is not idle. @type {Record<string, string>} */
 const TONES = { active: "busy", fulfilled: "good", failed: "bad" };
 
 /** @param {string} text */
-export const quiet = (text) => el("p", { class: "quiet" }, text);
+export const quietLine = (text) => el("p", { class: "quiet" }, text);
 
 /** @param {ToldAgent} agent @param {number} now @param {boolean} isLinked rules are buttons */
 export function drawAgent(agent, now, isLinked = true) {
-  const roles = agent.roles.length ? el("span", { class: "quiet" }, ` in the role ${agent.roles.map(words).join(", ")}`) : null;
+  const roles = agent.roles.length ? quiet(` in the role ${agent.roles.map(words).join(", ")}`) : null;
   return el(
     "section",
     { "data-testid": `agent-${agent.name}` },
@@ -23,22 +23,22 @@ export function drawAgent(agent, now, isLinked = true) {
         note([one.origin, one.source, one.words].filter(Boolean).join(", ")),
       ],
       seconds(now - one.since_s),
-    ])) : quiet("None."),
+    ])) : quietLine("None."),
     title("Commitments", agent.commitments.length, agent.commitment_count),
     agent.commitments.length ? table(["State", "Commitment", "Ago"], agent.commitments.map((one) => [
-      el("span", { class: `badge ${TONES[one.state] ?? "idle"}` }, words(one.state)),
+      badge(TONES[one.state] ?? "idle", words(one.state)),
       [
         [one.name, one.towards && ` to ${one.towards}`],
-        note(isLinked ? el("button", { type: "button", "data-rule": one.rule, title: "Show the rule" }, one.rule) : el("code", {}, one.rule), Object.entries(one.bindings).map(([name, value]) => ` ${name} = ${value}`).join(",")),
+        note(isLinked ? el("button", { "data-rule": one.rule, title: "Show the rule" }, one.rule) : el("code", {}, one.rule), Object.entries(one.bindings).map(([name, value]) => ` ${name} = ${value}`).join(",")),
         note(one.words || words(one.reason)),
       ],
       seconds(now - one.made_s),
-    ])) : quiet("No rule has fired."),
+    ])) : quietLine("No rule has fired."),
   );
 }
 
 /** @param {string} name @param {number} shown @param {number} count */
-const title = (name, shown, count) => el("h4", {}, name, count > shown ? el("span", { class: "quiet" }, ` the newest ${shown} of ${count}`) : null);
+const title = (name, shown, count) => el("h4", {}, name, count > shown ? quiet(` the newest ${shown} of ${count}`) : null);
 
 /** @param {Child[]} content */
 const note = (...content) => el("div", { class: "quiet" }, ...content);

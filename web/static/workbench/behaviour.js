@@ -2,7 +2,7 @@
 // resultants, the robot's events, and the patterns' parameters.
 
 import { get, id, problemOf } from "../page/api.js";
-import { el, replace, show } from "../page/dom.js";
+import { badge, el, quiet, replace, show } from "../page/dom.js";
 import { tone, words } from "../page/format.js";
 import { mountBody } from "./body.js";
 import { stripChart } from "./charts.js";
@@ -44,7 +44,7 @@ export function mount(root) {
 
   /** @param {Robot} current @param {Trace} trace @param {PacketProgress[]} packets */
   function draw(current, { at_s: now, stretches, conditions = [] }, packets) {
-    const lines = packets.map((packet) => [el("span", { class: `badge ${tone(packet.state)}` }, words(packet.state)), ` ${packet.description || packet.tag} `, el("span", { class: "quiet" }, packet.detail)]);
+    const lines = packets.map((packet) => [badge(tone(packet.state), words(packet.state)), ` ${packet.description || packet.tag} `, quiet(packet.detail)]);
     showList(parts.script, lines, current.packet ? `${current.packet}, of its own` : "No script.");
     showList(parts.conditions, conditions.map((one) => [el("b", {}, one.holds === null ? "?" : one.holds ? "✓" : "✗"), ` ${one.when}: the robot ${one.words}`]), "No packet is under way.");
     show(parts.patterns, patternCharts(stretches, now));

@@ -1,30 +1,20 @@
 // The body of one robot: which one its mind is in, and its moves into another one.
 
-import { get, id, post } from "../page/api.js";
+import { post } from "../page/api.js";
 import { el, replace } from "../page/dom.js";
 import { words } from "../page/format.js";
 import { attempt } from "../page/problem.js";
+import { ofRobot } from "./of_robot.js";
 
 const REAL = "real";
 const KINDS = ["velocity", "wheeled", "avatar", REAL];
 
 /** @param {Element} root */
 export function mountBody(root) {
-  /** @type {string | null} */
-  let robot = null;
   const problem = el("div", { role: "alert" });
   const row = el("div", { class: "head", "data-testid": "embodiment" });
+  const embodiment = ofRobot("embodiment", problem, (/** @type {Embodiment} */ one) => replace(row, draw(one)));
   replace(root, problem, row);
-
-  async function load() {
-    const name = robot;
-    if (name === null) return;
-    await attempt([], problem, async () => {
-      /** @type {Embodiment} */
-      const embodiment = await get(`/v1/robots/${id(name)}/embodiment`);
-      if (robot === name) replace(row, draw(embodiment));
-    });
-  }
 
   /** @param {Embodiment} one */
   function draw({ kind, body, attempts, lease_until_s: lease }) {
@@ -45,19 +35,16 @@ export function mountBody(root) {
 
   /** @param {string} kind */
   async function moveTo(kind) {
-    const name = robot;
-    if (name === null) return;
-    await attempt([], problem, () => post(`/v1/robots/${id(name)}:embody`, { body: kind }));
-    if (problem.childElementCount === 0) await load();
+    await attempt([], problem, () => post(embodiment.path().replace("/embodiment", ":embody"), { body: kind }));
+    if (problem.childElementCount === 0) await embodiment.load();
   }
 
   return {
     /** @param {string | null} name */
     setRobot(name) {
-      robot = name;
       replace(row);
-      return load();
+      return embodiment.select(name);
     },
-    refresh: load,
+    refresh: embodiment.load,
   };
 }

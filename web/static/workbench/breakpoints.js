@@ -16,10 +16,10 @@ export function mountBreakpoints(root, caret) {
   const state = el("div", { role: "status", "data-testid": "breakpoints-state" });
   const problem = el("div", { role: "alert" });
   const rules = el("div", { class: "head" });
-  const add = el("button", { type: "button", onclick: breakAtCaret, title: "The rule begins at the line of the caret" }, "Break at the caret");
-  const clear = el("button", { type: "button", onclick: () => set([]) }, "Clear");
-  const step = el("button", { type: "button", onclick: () => goOn("step"), title: "One control cycle: each robot deliberates once" }, "Step");
-  const go = el("button", { type: "button", class: "primary", onclick: () => goOn("continue") }, "Continue");
+  const add = el("button", { onclick: breakAtCaret, title: "The rule begins at the line of the caret" }, "Break at the caret");
+  const clear = el("button", { onclick: () => set([]) }, "Clear");
+  const step = el("button", { onclick: () => goOn("step"), title: "One control cycle: each robot deliberates once" }, "Step");
+  const go = el("button", { class: "primary", onclick: () => goOn("continue") }, "Continue");
   replace(root, state, problem, rules, el("div", { class: "head" }, add, clear, el("span", { class: "spring" }), step, go));
 
   const path = () => `/v1/robots/${id(robot ?? "")}/breakpoints`;
@@ -28,7 +28,7 @@ export function mountBreakpoints(root, caret) {
   function draw(answer) {
     known = answer;
     const stands = answer.halts.length > 0;
-    show(rules, answer.rules.map((rule) => el("button", { type: "button", title: "Remove this breakpoint", onclick: () => set(answer.rules.filter((one) => one !== rule)) }, `${rule} ×`)));
+    show(rules, answer.rules.map((rule) => el("button", { title: "Remove this breakpoint", onclick: () => set(answer.rules.filter((one) => one !== rule)) }, `${rule} ×`)));
     show(state, stands ? [answer.halts.map(drawHalt), el("p", { class: "quiet small" }, left(answer))] : quietly(answer));
     add.disabled = answer.refusal !== "";
     clear.disabled = answer.rules.length === 0;

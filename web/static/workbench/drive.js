@@ -27,12 +27,12 @@ export function mount(root, store) {
   const state = el("p", { role: "status", "data-testid": "drive-state" }, "Not driven.");
   const speed = el("select", { onchange: () => showState(state.textContent) }, Object.keys(SPEEDS).map((name) => el("option", { selected: name === "medium" }, name)));
   const limit = el("span", { class: "quiet small" });
-  const stop = el("button", { type: "button", class: "stop", "data-testid": "drive-stop", onclick: () => end("Stopped.") }, "STOP");
+  const stop = el("button", { class: "stop", "data-testid": "drive-stop", onclick: () => end("Stopped.") }, "STOP");
   const pad = el("div", { class: "pad", tabindex: 0, role: "group", "aria-label": "Arrow keys or W A S D drive, escape stops", "data-testid": "drive-pad", onkeydown: onKeyDown, onkeyup: (event) => release(event.code) }, Object.entries(PAD).map(padButton));
   pad.addEventListener("focusout", ({ relatedTarget }) => {
     if (!(relatedTarget instanceof Node && pad.contains(relatedTarget))) heldKeys.clear();
   });
-  const take = el("button", { type: "button", class: "primary", "data-testid": "drive-take", onclick: () => (drive ? end("Released.") : begin()) });
+  const take = el("button", { class: "primary", "data-testid": "drive-take", onclick: () => (drive ? end("Released.") : begin()) });
   replace(
     root,
     el("div", { class: "head" }, take, el("label", {}, "Speed ", speed), limit),
@@ -43,7 +43,7 @@ export function mount(root, store) {
 
   /** @param {[string, string[]]} entry */
   function padButton([key, [sign, name]]) {
-    const button = el("button", { type: "button", class: `pad-${name}`, "aria-label": name, tabindex: -1, onlostpointercapture: () => release(key) }, sign);
+    const button = el("button", { class: `pad-${name}`, "aria-label": name, tabindex: -1, onlostpointercapture: () => release(key) }, sign);
     button.addEventListener("pointerdown", (event) => {
       button.setPointerCapture(event.pointerId);
       press(key);

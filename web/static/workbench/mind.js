@@ -1,9 +1,9 @@
 // A robot's mind (SRA): its agents with roles, beliefs and commitments, its open conversations, and its rules.
 
 import { get, id, problemOf } from "../page/api.js";
-import { el, replace, show } from "../page/dom.js";
+import { badge, el, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
-import { drawAgent, quiet } from "./agents.js";
+import { drawAgent, quietLine } from "./agents.js";
 import { mountBreakpoints } from "./breakpoints.js";
 import { mountRole } from "./role.js";
 import { mountRules } from "./rules.js";
@@ -35,22 +35,22 @@ export function mount(root) {
     try {
       const halt = await breakpoints.load();
       if (robot === name && halt) draw({ ...halt, conversations: [] });
-      else if (robot === name && breakpoints.stands()) show(agents, quiet("Its world stands at a breakpoint of another robot."));
+      else if (robot === name && breakpoints.stands()) show(agents, quietLine("Its world stands at a breakpoint of another robot."));
       else {
         /** @type {Mind} */
         const mind = await get(`/v1/robots/${id(name)}/mind`);
         if (robot === name) draw(mind);
       }
     } catch (error) {
-      if (robot === name) show(agents, quiet(problemOf(error).message));
+      if (robot === name) show(agents, quietLine(problemOf(error).message));
     }
     isLoading = false;
   }
 
   /** @param {Mind} mind */
   function draw(mind) {
-    show(agents, mind.agents.length ? mind.agents.map((agent) => drawAgent(agent, mind.at_s)) : quiet("The robot follows no rules."));
-    show(conversations, mind.conversations.length ? el("ol", { class: "small" }, mind.conversations.map(drawConversation)) : quiet("None is open."));
+    show(agents, mind.agents.length ? mind.agents.map((agent) => drawAgent(agent, mind.at_s)) : quietLine("The robot follows no rules."));
+    show(conversations, mind.conversations.length ? el("ol", { class: "small" }, mind.conversations.map(drawConversation)) : quietLine("None is open."));
   }
 
   const timer = setInterval(load, EVERY_MS);
@@ -81,5 +81,5 @@ const section = (title, content) => el("section", {}, el("h3", {}, title), conte
 /** @param {ToldConversation} one */
 function drawConversation(one) {
   const until = one.reply_by_s === null ? "" : `, an answer is awaited until ${one.reply_by_s.toFixed(1)} s`;
-  return el("li", {}, el("span", { class: "badge idle" }, words(one.state)), ` ${one.protocol} with ${one.partner}, opened by ${one.is_mine ? "the robot" : one.partner}${until}`);
+  return el("li", {}, badge("idle", words(one.state)), ` ${one.protocol} with ${one.partner}, opened by ${one.is_mine ? "the robot" : one.partner}${until}`);
 }

@@ -1,6 +1,6 @@
 // Strip charts of the telemetry of chosen robots, from when they were chosen.
 
-import { el, replace, show } from "../page/dom.js";
+import { el, quiet, replace, show } from "../page/dom.js";
 import { stripChart, table, tableRow } from "./charts.js";
 
 const MAX_SAMPLES = 3000; // five minutes of one robot's telemetry
@@ -104,7 +104,7 @@ export function mount(root, _store, telemetry) {
     const max = Math.max(0.1, ...values);
     const now = cursor ?? times[1];
     const keys = names.map((name, index) => el("span", { class: `key s${index % 4}` }, `${name} ${format(lines[index].findLast(([time]) => time <= now)?.[1])}`));
-    const note = el("span", { class: "quiet" }, `${format(min)} to ${format(max)}${cursor === null ? "" : `, ${(times[1] - now).toFixed(1)} s ago`}`);
+    const note = quiet(`${format(min)} to ${format(max)}${cursor === null ? "" : `, ${(times[1] - now).toFixed(1)} s ago`}`);
     return el("figure", {}, el("figcaption", { class: "small" }, el("b", {}, label), keys, note), stripChart(label, lines, times, [min, max], cursor));
   }
 

@@ -1,9 +1,9 @@
 // The role of one robot: what it is recruited for, where it is charged, and the rules that it follows in it.
 
-import { get, id, put, send } from "../page/api.js";
+import { get, put, send } from "../page/api.js";
 import { el, replace } from "../page/dom.js";
 import { words } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { deliveryText, ofRobot } from "./of_robot.js";
 
 /** @param {Element} root */
 export function mountRole(root) {
@@ -18,68 +18,54 @@ export function mountRole(root) {
   const places = el("datalist", { id: "role-places" });
   const tags = el("fieldset", {});
   const rules = el("textarea", { "aria-label": "Rules of the role", placeholder: "ROLE guard; – left empty: the file of its name, if there is one", rows: 4, spellcheck: "false" });
-  const give = el("button", { type: "button", class: "primary", onclick: giveRole }, "Give the role");
-  const end = el("button", { type: "button", onclick: endRole }, "End the role");
+  const give = el("button", { class: "primary", onclick: giveRole }, "Give the role");
+  const end = el("button", { onclick: endRole }, "End the role");
+  const known = ofRobot("role", problem, draw);
   replace(root, state, problem, el("div", { class: "head" }, name, home, places, give, end), tags, rules);
 
-  async function load() {
-    const wanted = robot?.name;
-    if (wanted === undefined) return;
-    await attempt([], problem, async () => {
-      /** @type {RobotRole} */
-      const answer = await get(`/v1/robots/${id(wanted)}/role`);
-      if (robot?.name === wanted) draw(answer);
-    });
-  }
-
-  /** @param {RobotRole} known */
-  function draw(known) {
-    role = known;
+  /** @param {RobotRole} answer */
+  function draw(answer) {
+    role = answer;
     drawState();
-    name.value = known.role ?? "";
-    home.value = known.home ?? "";
-    rules.value = known.rules ?? "";
+    name.value = answer.role ?? "";
+    home.value = answer.home ?? "";
+    rules.value = answer.rules ?? "";
     replace(places, (robot?.reach ?? []).map((place) => el("option", { value: place })));
     replace(
       tags,
       el("legend", { class: "small" }, "Recruited for"),
-      (robot?.repertoire ?? []).map((tag) => el("label", { class: "small" }, el("input", { type: "checkbox", value: tag, checked: known.tags === null || known.tags.includes(tag) }), ` ${tag}`)),
+      (robot?.repertoire ?? []).map((tag) => el("label", { class: "small" }, el("input", { type: "checkbox", value: tag, checked: answer.tags === null || answer.tags.includes(tag) }), ` ${tag}`)),
     );
   }
 
   function drawState() {
     if (role === null) return;
-    const { role: played, delivery, detail, version, decided_by: by } = role;
+    const { role: played, decided_by: by } = role;
     const what = played === null ? "plays no role" : `plays ${words(played)}`;
-    replace(state, `${what}; version ${version}, rules ${words(delivery)}${detail ? `: ${detail}` : ""}${by ? `; by ${by}` : ""}`);
+    replace(state, `${what}; ${deliveryText(role, "rules ")}${by ? `; by ${by}` : ""}`);
+    give.disabled = false;
     end.disabled = played === null;
   }
 
   /** @param {() => Promise<RobotRole>} request */
   async function change(request) {
-    const wanted = robot?.name;
-    await attempt([give, end], problem, async () => {
-      const answer = await request();
-      if (robot?.name === wanted) draw(answer);
-    });
+    await known.answer(request, [give, end]);
     drawState();
   }
 
   function giveRole() {
     if (robot === null || role === null || !name.reportValidity() || !home.reportValidity()) return;
-    const path = `/v1/robots/${id(robot.name)}/role`;
     const boxes = [...tags.querySelectorAll("input")];
     const chosen = boxes.filter((box) => box.checked).map((box) => box.value);
     const body = { role: name.value, tags: chosen.length === boxes.length ? null : chosen, home: home.value || null, rules: rules.value || null };
     const ifMatch = { "if-match": `"${role.version}"` };
-    return change(() => put(path, body, ifMatch));
+    return change(() => put(known.path(), body, ifMatch));
   }
 
   function endRole() {
-    if (robot === null || role === null) return;
-    const path = `/v1/robots/${id(robot.name)}/role`;
+    if (role === null) return;
     const ifMatch = { "if-match": `"${role.version}"` };
-    return change(() => send("DELETE", path, {}, ifMatch));
+    return change(() => send("DELETE", known.path(), {}, ifMatch));
   }
 
   return {
@@ -88,14 +74,14 @@ export function mountRole(root) {
       robot = shown;
       role = null;
       replace(state);
-      return load();
+      return known.select(shown?.name ?? null);
     },
     /** Read how the robot has answered; what is being typed stays. */
     async refresh() {
       const wanted = robot?.name;
       if (wanted === undefined) return;
       /** @type {RobotRole | null} */
-      const answer = await get(`/v1/robots/${id(wanted)}/role`).catch(() => null);
+      const answer = await get(known.path()).catch(() => null);
       if (answer === null || robot?.name !== wanted) return;
       if (role !== null && answer.version === role.version) {
         role = answer;

@@ -1,9 +1,8 @@
 // The rule files of one robot, which an operator may change; a change based on an old version is refused.
 
-import { get, id, put } from "../page/api.js";
+import { put } from "../page/api.js";
 import { el, replace } from "../page/dom.js";
-import { words } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { deliveryText, ofRobot } from "./of_robot.js";
 
 /** What a robot's files are changed to, and from which version; kept while the page is open, until it is sent. @type {Map<string, {files: Record<string, string>, version: number}>} */
 const drafts = new Map();
@@ -21,11 +20,11 @@ export function mountRules(root) {
   const caret = el("span", { class: "quiet small", "data-testid": "rules-caret" });
   const comment = el("input", { type: "text", "aria-label": "Comment", placeholder: "Comment", maxlength: 2000 });
   const newName = el("input", { type: "text", "aria-label": "Name of a new file", placeholder: "new_file", pattern: "[a-z][a-z0-9_]*", size: 12 });
-  const send = el("button", { type: "button", class: "primary", onclick: sendAll }, "Send to the robot");
-  const remove = el("button", { type: "button", onclick: removeFile }, "Remove file");
+  const send = el("button", { class: "primary", onclick: sendAll }, "Send to the robot");
+  const remove = el("button", { onclick: removeFile }, "Remove file");
   replace(
     root,
-    el("div", { class: "head" }, choice, remove, newName, el("button", { type: "button", onclick: addFile }, "Add file"), el("span", { class: "spring" }), el("button", { type: "button", onclick: discard }, "Read again")),
+    el("div", { class: "head" }, choice, remove, newName, el("button", { onclick: addFile }, "Add file"), el("span", { class: "spring" }), el("button", { onclick: discard }, "Read again")),
     state,
     problem,
     text,
@@ -33,6 +32,13 @@ export function mountRules(root) {
     el("div", { class: "head" }, comment, send),
   );
   for (const type of ["keyup", "click", "focus"]) text.addEventListener(type, drawCaret);
+
+  const known = ofRobot("rules", problem, (/** @type {RuledRobot} */ answer) => {
+    const isDrafted = robot !== null && drafts.has(robot) && ruled !== null;
+    ruled = answer;
+    if (isDrafted) drawState();
+    else draw();
+  });
 
   /** The files as they are on the page. */
   const files = () => (robot !== null && drafts.get(robot)?.files) || ruled?.files || {};
@@ -42,20 +48,6 @@ export function mountRules(root) {
     if (robot === null || ruled === null) return;
     drafts.set(robot, { files: changed, version: drafts.get(robot)?.version ?? ruled.version });
     drawState();
-  }
-
-  async function load() {
-    const name = robot;
-    if (name === null) return;
-    await attempt([], problem, async () => {
-      /** @type {RuledRobot} */
-      const answer = await get(`/v1/robots/${id(name)}/rules`);
-      if (robot !== name) return;
-      const isDrafted = drafts.has(name) && ruled !== null;
-      ruled = answer;
-      if (isDrafted) drawState();
-      else draw();
-    });
   }
 
   function draw() {
@@ -75,8 +67,8 @@ export function mountRules(root) {
 
   function drawState() {
     if (robot === null || ruled === null) return;
-    const { version, delivery, detail, decided_by: by, comment: why } = ruled;
-    const sent = `version ${version}, ${words(delivery)}${detail ? `: ${detail}` : ""}${by ? `; sent by ${by}` : ""}${why ? `, “${why}”` : ""}`;
+    const { decided_by: by, comment: why } = ruled;
+    const sent = `${deliveryText(ruled)}${by ? `; sent by ${by}` : ""}${why ? `, “${why}”` : ""}`;
     replace(state, drafts.has(robot) ? `${sent}; changed here and not sent yet` : sent);
     send.disabled = !drafts.has(robot);
   }
@@ -108,21 +100,19 @@ export function mountRules(root) {
 
   function discard() {
     if (robot !== null) drafts.delete(robot);
-    return load();
+    return known.load();
   }
 
   async function sendAll() {
-    await attempt([send], problem, async () => {
-      const name = robot;
-      const changed = name === null ? undefined : drafts.get(name);
-      if (name === null || changed === undefined) return;
-      const answer = await put(`/v1/robots/${id(name)}/rules`, { files: changed.files, comment: comment.value }, { "if-match": `"${changed.version}"` });
+    const name = robot ?? "";
+    const changed = drafts.get(name);
+    if (changed === undefined) return;
+    await known.answer(async () => {
+      const answer = await put(known.path(), { files: changed.files, comment: comment.value }, { "if-match": `"${changed.version}"` });
       if (drafts.get(name) === changed) drafts.delete(name);
       comment.value = "";
-      if (robot !== name) return;
-      ruled = answer;
-      draw();
-    });
+      return answer;
+    }, [send]);
   }
 
   return {
@@ -131,9 +121,9 @@ export function mountRules(root) {
       robot = name;
       ruled = null;
       replace(choice);
-      return load();
+      return known.select(name);
     },
-    refresh: load,
+    refresh: known.load,
     /** The file and line at the caret, "guard:3"; empty without a file. */
     caret: () => (text.disabled ? "" : `${choice.value}:${text.value.slice(0, text.selectionStart).split("\n").length}`),
     /** Select a rule in its file. @param {string} rule its file and line, "guard:3" */

@@ -1,7 +1,7 @@
 // A searchable table of all robots of all worlds, which of them come and go, and everything that is known of the selected one.
 
 import { get, id, list } from "../page/api.js";
-import { closest, el, replace, show } from "../page/dom.js";
+import { badge, closest, el, replace, show } from "../page/dom.js";
 import { seconds, words } from "../page/format.js";
 import { contact } from "../robots/contact.js";
 import { table, tableRow } from "./charts.js";
@@ -48,12 +48,12 @@ export function mount(root, store) {
   function draw({ robots, robot: selected, worldTimes }) {
     noteChanges(robots, worldTimes);
     show(changeNote, changes.join("; "));
-    show(arrivals, [...announced].flatMap(([world, sheets]) => sheets.map((one) => el("li", {}, el("span", { class: "badge warn" }, "announced"), ` ${one.robot} in ${world} since ${seconds(one.at_s)}: ${one.reason}. It can ${one.sheet.repertoire.join(", ")}`))));
+    show(arrivals, [...announced].flatMap(([world, sheets]) => sheets.map((one) => el("li", {}, badge("warn", "announced"), ` ${one.robot} in ${world} since ${seconds(one.at_s)}: ${one.reason}. It can ${one.sheet.repertoire.join(", ")}`))));
     const wanted = search.value.toLowerCase().split(/\s+/);
     const lines = robots.map((robot) => cellTexts(robot, fileEntry(robot), worldTimes[robot.world]));
     const found = lines.filter((cells) => wanted.every((word) => cells.join(" ").toLowerCase().includes(word)));
     show(count, `${found.length} of ${lines.length}`);
-    show(rows, found.map(([name, ...rest]) => tableRow([el("button", { type: "button", "data-robot": name, "aria-pressed": String(name === selected) }, name), ...rest])));
+    show(rows, found.map(([name, ...rest]) => tableRow([el("button", { "data-robot": name, "aria-pressed": String(name === selected) }, name), ...rest])));
     const robot = robots.find((one) => one.name === selected);
     const tuning = { ...tunings[selected ?? ""], packets: undefined };
     const known = { ...(robot && fileEntry(robot)), radio: worlds[robot?.world ?? ""]?.layout?.link, ...robot, tuning };

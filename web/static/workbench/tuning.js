@@ -1,9 +1,9 @@
 // The parameters of one packet's patterns, which an operator may change; a change based on an old version is refused.
 
-import { get, id, put } from "../page/api.js";
+import { put } from "../page/api.js";
 import { el, replace } from "../page/dom.js";
 import { words } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { deliveryText, ofRobot } from "./of_robot.js";
 
 /** @param {Element} root */
 export function mountTuning(root) {
@@ -15,22 +15,14 @@ export function mountTuning(root) {
   const state = el("span", { class: "quiet small", role: "status" });
   const problem = el("div", { role: "alert" });
   const rows = el("div", { class: "tuning" });
-  replace(root, el("div", { class: "head" }, packet, state, el("button", { type: "button", onclick: load }, "Read again")), problem, rows);
-
-  async function load() {
-    const name = robot;
+  const known = ofRobot("tuning", problem, (/** @type {Tuning} */ answer) => {
     const before = packet.value;
-    if (name === null) return;
-    await attempt([], problem, async () => {
-      /** @type {Tuning} */
-      const answer = await get(`/v1/robots/${id(name)}/tuning`);
-      if (robot !== name) return;
-      tuning = answer;
-      replace(packet, Object.keys(answer.packets).map((tag) => el("option", {}, tag)));
-      if (before in answer.packets) packet.value = before;
-      draw();
-    });
-  }
+    tuning = answer;
+    replace(packet, Object.keys(answer.packets).map((tag) => el("option", {}, tag)));
+    if (before in answer.packets) packet.value = before;
+    draw();
+  });
+  replace(root, el("div", { class: "head" }, packet, state, el("button", { onclick: known.load }, "Read again")), problem, rows);
 
   /**
    * @param {string} pattern @param {string} parameter @param {number | undefined} value undefined: the original one
@@ -38,22 +30,19 @@ export function mountTuning(root) {
    */
   function set(pattern, parameter, value, input) {
     const tag = packet.value;
-    return attempt([input], problem, async () => {
-      if (tuning === null || robot === null) return;
-      const changed = structuredClone(tuning.tuning);
-      const values = ((changed[tag] ??= {})[pattern] ??= {});
-      if (value === undefined) delete values[parameter];
-      else values[parameter] = value;
-      tuning = await put(`/v1/robots/${id(robot)}/tuning`, { tuning: changed }, { "if-match": `"${tuning.version}"` });
-      draw();
-    });
+    if (tuning === null) return undefined;
+    const { tuning: now, version } = tuning;
+    const changed = structuredClone(now);
+    const values = ((changed[tag] ??= {})[pattern] ??= {});
+    if (value === undefined) delete values[parameter];
+    else values[parameter] = value;
+    return known.answer(() => put(known.path(), { tuning: changed }, { "if-match": `"${version}"` }), [input]);
   }
 
   function draw() {
     if (tuning === null) return;
-    const { version, delivery, detail, packets } = tuning;
-    replace(state, `version ${version}, ${words(delivery)}${detail ? `: ${detail}` : ""}; counts from the next packet on`);
-    replace(rows, Object.entries(packets[packet.value] ?? {}).map(([pattern, parameters]) => el(
+    replace(state, `${deliveryText(tuning)}; counts from the next packet on`);
+    replace(rows, Object.entries(tuning.packets[packet.value] ?? {}).map(([pattern, parameters]) => el(
       "fieldset",
       {},
       el("legend", { class: "small" }, words(pattern)),
@@ -66,7 +55,7 @@ export function mountTuning(root) {
     const isChanged = tuning?.tuning[packet.value]?.[pattern]?.[name] !== undefined;
     const input = el("input", { type: "number", step: "any", value, "data-testid": `tune-${pattern}-${name}` });
     input.addEventListener("change", () => Number.isFinite(input.valueAsNumber) && set(pattern, name, input.valueAsNumber, input));
-    const reset = el("button", { type: "button", title: "Original value", "aria-label": `${words(name)}: original value` }, "↺");
+    const reset = el("button", { title: "Original value", "aria-label": `${words(name)}: original value` }, "↺");
     reset.addEventListener("click", () => set(pattern, name, undefined, reset));
     return el("label", { class: "small" }, `${words(name)} `, input, isChanged ? reset : null);
   }
@@ -83,7 +72,7 @@ export function mountTuning(root) {
     async setRobot(name, tag) {
       const isOther = name !== robot;
       robot = name;
-      if (isOther) await load();
+      if (isOther) await known.select(name);
       showPacket(tag);
     },
   };

@@ -1,7 +1,7 @@
 // The message console (SRA): what a person says to one robot, its questions, scripts to approve, and the answers.
 
 import { get, id, post, problemOf } from "../page/api.js";
-import { el, replace, show } from "../page/dom.js";
+import { badge, el, quiet, replace, show } from "../page/dom.js";
 import { words } from "../page/format.js";
 
 const SHOWN = 20;
@@ -19,7 +19,7 @@ export function mount(root) {
   const atOnce = el("input", { type: "checkbox", "data-testid": "say-at-once" });
   const problem = el("p", { class: "problem", role: "alert", hidden: "", "data-testid": "say-problem" });
   const list = el("div", { class: "dialogues", "data-testid": "dialogues" });
-  const examples = el("div", { class: "choices" }, EXAMPLES.map((one) => el("button", { type: "button", onclick: () => say(one) }, one)));
+  const examples = el("div", { class: "choices" }, EXAMPLES.map((one) => el("button", { onclick: () => say(one) }, one)));
   const form = el(
     "form",
     { class: "say", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); say(asTyped()); } },
@@ -89,19 +89,19 @@ export function mount(root) {
     return el(
       "section",
       { class: "dialogue", "data-testid": `dialogue-${one.id}` },
-      el("h3", {}, el("span", { class: `badge ${TONES[one.state] ?? "idle"}` }, words(one.state)), ` ${one.text}`),
+      el("h3", {}, badge(TONES[one.state] ?? "idle", words(one.state)), ` ${one.text}`),
       el("ol", {}, one.lines.map((line) => el(
         "li",
         { class: line.by === one.robot ? "of-robot" : "" },
-        el("span", { class: "quiet" }, `${line.by}, ${line.performative}`), " ", line.words,
+        quiet(`${line.by}, ${line.performative}`), " ", line.words,
       ))),
-      one.question && el("div", { class: "choices" }, one.question.choices.map((choice) => el("button", { type: "button", "data-testid": "choice", onclick: () => say(choice, one.id) }, choice))),
+      one.question && el("div", { class: "choices" }, one.question.choices.map((choice) => el("button", { "data-testid": "choice", onclick: () => say(choice, one.id) }, choice))),
       one.state === "proposed" && one.script.length > 0 && el("ol", { class: "script" }, one.script.map((packet) => el("li", {}, el("b", {}, packet.tag), ` ${Object.entries(packet.arguments).map(([name, value]) => `${name} ${value}`).join(", ")}, about ${Math.round(packet.expected_duration_s)} s`))),
       isOpen && el(
         "div",
         { class: "choices" },
-        one.state === "proposed" && el("button", { type: "button", class: "primary", "data-testid": "approve-words", onclick: () => tried(() => post(`${path()}/${id(one.id)}:approve`)) }, "Approve"),
-        el("button", { type: "button", "data-testid": "withdraw-words", onclick: () => tried(() => post(`${path()}/${id(one.id)}:withdraw`)) }, "Withdraw"),
+        one.state === "proposed" && el("button", { class: "primary", "data-testid": "approve-words", onclick: () => tried(() => post(`${path()}/${id(one.id)}:approve`)) }, "Approve"),
+        el("button", { "data-testid": "withdraw-words", onclick: () => tried(() => post(`${path()}/${id(one.id)}:withdraw`)) }, "Withdraw"),
       ),
     );
   }

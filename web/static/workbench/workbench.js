@@ -22,7 +22,7 @@ export function mountWorkbench(root, store, telemetry) {
   const body = el("div", { class: "bench-body" });
   const choice = el("select", { "aria-label": "Robot", "data-testid": "bench-robot" });
   choice.addEventListener("change", () => store.update({ robot: choice.value }));
-  const tabs = Object.keys(PARTS).map((name) => el("button", { type: "button", "data-testid": `bench-${name}`, onclick: () => open(name) }, words(name)));
+  const tabs = Object.keys(PARTS).map((name) => el("button", { "data-testid": `bench-${name}`, onclick: () => open(name) }, words(name)));
   /** @type {WorkbenchPart | null} */
   let part = null;
   let lastOpened = "robots";

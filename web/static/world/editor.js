@@ -1,7 +1,7 @@
 // Editing a world on its map: samples are added and removed, places dragged, zones drawn; the changes so far, each to be undone.
 
 import { get, id, post, send } from "../page/api.js";
-import { closest, el, replace, show, svg } from "../page/dom.js";
+import { closest, el, quiet, replace, show, svg } from "../page/dom.js";
 import { attempt } from "../page/problem.js";
 import { ruleInWords } from "./drawing.js";
 import { createRobotEditor } from "./editor_robots.js";
@@ -23,13 +23,13 @@ export function createEditor(drawing, world) {
   const rule = el("select", { "aria-label": "Rule of the next zone", onchange: () => { speed.hidden = rule.value !== "slow"; } }, Object.entries(RULES).map(([value, words]) => el("option", { value }, words)));
   const speed = el("input", { type: "number", min: 0.05, max: 2, step: 0.05, value: 0.2, hidden: true, "aria-label": "Speed in the next zone, m/s" });
   const reason = el("input", { required: true, maxlength: 2000, placeholder: "Reason", "aria-label": "Reason for the changes", "data-testid": "edit-reason" });
-  const make = el("button", { class: "primary", "data-testid": "edit-make" }, "Make the changes");
+  const make = el("button", { type: "submit", class: "primary", "data-testid": "edit-make" }, "Make the changes");
   const robots = createRobotEditor(() => path(), box, { add, reload: () => load() });
   const node = el(
     "section",
     { class: "editor", "aria-label": "Editing the world", hidden: true, "data-testid": "editor" },
     el("p", { class: "quiet small" }, "Drag a place to move it, pick a sample to remove it, a robot to change it. Draw a zone on the floor, with the name and rule below; pick one to remove it."),
-    el("form", { class: "row", onsubmit: addSample }, name, "at", place, el("button", { "data-testid": "edit-add" }, "Add sample")),
+    el("form", { class: "row", onsubmit: addSample }, name, "at", place, el("button", { type: "submit", "data-testid": "edit-add" }, "Add sample")),
     el("div", { class: "row" }, "Zone", zoneName, rule, speed),
     robots.node,
     listed,
@@ -56,8 +56,8 @@ export function createEditor(drawing, world) {
     const words = edits.length ? edits.map(inWords).join(", ") : "another world file";
     const state = undone ? `undone by ${undone}` : delivery === "taken_up" ? "" : delivery === "pending" ? "on its way" : `refused: ${detail}`;
     /** @type {HTMLButtonElement} */
-    const undo = el("button", { type: "button", "data-testid": `undo-${edition}`, onclick: () => apply([undo], () => post(`${path()}/changes/${edition}:undo`)) }, "Undo");
-    return el("li", { value: edition, class: undone ? "undone" : null }, el("span", { class: "grow" }, words, el("span", { class: "quiet" }, ` · ${why} (${actor}) ${state}`)), !undone && edits.length ? undo : null);
+    const undo = el("button", { "data-testid": `undo-${edition}`, onclick: () => apply([undo], () => post(`${path()}/changes/${edition}:undo`)) }, "Undo");
+    return el("li", { value: edition, class: undone ? "undone" : null }, el("span", { class: "grow" }, words, quiet(` · ${why} (${actor}) ${state}`)), !undone && edits.length ? undo : null);
   }
 
   /** @param {WorldEdit} edit */
@@ -73,7 +73,7 @@ export function createEditor(drawing, world) {
       "li",
       {},
       el("span", { class: "grow" }, inWords(edit)),
-      el("button", { type: "button", "aria-label": `Leave out: ${inWords(edit)}`, onclick: () => drop(edit) }, "×"),
+      el("button", { "aria-label": `Leave out: ${inWords(edit)}`, onclick: () => drop(edit) }, "×"),
     )));
     make.disabled = draft.edits.length === 0;
   }

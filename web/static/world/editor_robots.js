@@ -1,7 +1,7 @@
 // Robots in the editor of a world: speed, packets and who speaks for them are changed, robots that have announced themselves are admitted or refused.
 
 import { get, id, post } from "../page/api.js";
-import { el, replace, show } from "../page/dom.js";
+import { el, quiet, replace, show } from "../page/dom.js";
 import { attempt } from "../page/problem.js";
 
 /**
@@ -18,7 +18,7 @@ export function createRobotEditor(path, box, { add, reload }) {
   const announced = el("div", { hidden: true }, el("h3", { class: "small" }, "Announced, not admitted"));
   const listed = el("ol", { class: "edits", "data-testid": "announced" });
   announced.append(listed);
-  const form = el("form", { class: "row", onsubmit: change }, name, speed, "m/s", tags, speaker, el("button", { "data-testid": "edit-change-robot" }, "Change robot"));
+  const form = el("form", { class: "row", onsubmit: change }, name, speed, "m/s", tags, speaker, el("button", { type: "submit", "data-testid": "edit-change-robot" }, "Change robot"));
 
   const known = () => robots.find((robot) => robot.name === name.value);
 
@@ -53,10 +53,10 @@ export function createRobotEditor(path, box, { add, reload }) {
     /** @param {string} label @param {string} verb @param {() => Promise<unknown>} request */
     function button(label, verb, request) {
       /** @type {HTMLButtonElement} */
-      const made = el("button", { type: "button", "data-testid": `${verb}-${robot}`, onclick: () => decide(made, request) }, label);
+      const made = el("button", { "data-testid": `${verb}-${robot}`, onclick: () => decide(made, request) }, label);
       return made;
     }
-    const words = el("span", { class: "grow" }, el("b", {}, robot), ` ${said} `, el("span", { class: "quiet" }, state === "refused" ? `refused: ${reason}` : reason));
+    const words = el("span", { class: "grow" }, el("b", {}, robot), ` ${said} `, quiet(state === "refused" ? `refused: ${reason}` : reason));
     return el("li", {}, words, admit, state === "announced" ? refuse : null);
   }
 

@@ -13,7 +13,7 @@ const fetchEditor = part(() => import("./editor.js"), "editor");
 /** @param {Store} store @param {Telemetry} telemetry @param {(picked: Picked) => void} onPick @param {() => Promise<void>} loadRobots */
 export function createMap(store, telemetry, onPick, loadRobots) {
   const drawing = createDrawing();
-  const edit = el("button", { type: "button", class: "edit-world", "aria-pressed": "false", "data-testid": "edit-world", onclick: () => attempt([], problem, openEditor) }, "Edit the world");
+  const edit = el("button", { class: "edit-world", "aria-pressed": "false", "data-testid": "edit-world", onclick: () => attempt([], problem, openEditor) }, "Edit the world");
   const problem = el("div", { role: "alert" });
   const node = el("div", { class: "map", "data-testid": "map" }, drawing.node, edit, problem, createNumbers(store));
   /** @type {ReturnType<typeof import("./editor.js").createEditor> | null} */

@@ -1,7 +1,7 @@
 // The world's numbers below its map: batteries, loads, samples in places, readings; each with who told it and when.
 
 import { get, id } from "../page/api.js";
-import { el, show } from "../page/dom.js";
+import { el, quiet, show } from "../page/dom.js";
 import { seconds } from "../page/format.js";
 import { responseOrder } from "../page/store.js";
 
@@ -33,5 +33,5 @@ export function createNumbers(store) {
 
 /** @param {NumericFact} number */
 function line({ quantity, args, text, source, at_s: at }) {
-  return [el("dt", {}, `${quantity}(${args.join(", ")})`), el("dd", {}, text, el("span", { class: "quiet" }, ` · ${source} at ${seconds(at)}`))];
+  return [el("dt", {}, `${quantity}(${args.join(", ")})`), el("dd", {}, text, quiet(` · ${source} at ${seconds(at)}`))];
 }
