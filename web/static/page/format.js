@@ -75,3 +75,6 @@ export function instant(iso) {
 export function newestFirst(list) {
   return [...list].sort((one, other) => other.created_at.localeCompare(one.created_at));
 }
+
+/** yard_2 before yard_10. @param {string} one @param {string} other */
+export const byNumber = (one, other) => one.localeCompare(other, undefined, { numeric: true });

@@ -1,8 +1,8 @@
 // The plans of a goal beside each other.
 
 import { badge, closest, el, quiet, svg } from "../page/dom.js";
-import { seconds } from "../page/format.js";
-import { byNumber, kind } from "./drawing.js";
+import { byNumber, seconds } from "../page/format.js";
+import { kind } from "./drawing.js";
 import { percent } from "./percent.js";
 
 /** @type {[name: string, value: (plan: Plan) => number, format: (value: number) => string][]} */

@@ -2,7 +2,7 @@
 
 import { planStart } from "../mission/timing.js";
 import { svg } from "../page/dom.js";
-import { fact, seconds } from "../page/format.js";
+import { byNumber, fact, seconds } from "../page/format.js";
 
 export const LANE_PX = 44;
 export const TOP_PX = 34; // the time axis, above it the marks of now and of the deadline
@@ -17,9 +17,6 @@ const MAX_LABELLED_LINKS = 14; // of more links only those of the selected actio
 const MAX_LINKS = 400;
 const MIN_TICK_PX = 64;
 const TICKS_S = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400];
-
-/** yard_2 before yard_10. @param {string} one @param {string} other */
-export const byNumber = (one, other) => one.localeCompare(other, undefined, { numeric: true });
 
 /**
  * @param {Plan} plan @param {number} width pixels @param {number | null} elapsed seconds since the plan's start

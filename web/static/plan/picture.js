@@ -3,7 +3,8 @@
 
 import { elapsed, planStart } from "../mission/timing.js";
 import { badge, closest, el, replace, show, svg } from "../page/dom.js";
-import { LANE_PX, TOP_PX, actionBar, actualTimes, background, byNumber, causalLinks, definitions, pictureScale, previousAction, silentLanes } from "./drawing.js";
+import { byNumber } from "../page/format.js";
+import { LANE_PX, TOP_PX, actionBar, actualTimes, background, causalLinks, definitions, pictureScale, previousAction, silentLanes } from "./drawing.js";
 
 const MIN_WIDTH_PX = 260;
 const ZOOM = 1.5;

@@ -3,11 +3,10 @@
 import { planStart, silences } from "../mission/timing.js";
 import { get, id } from "../page/api.js";
 import { badge, byId, el, replace, show } from "../page/dom.js";
-import { fact, gap, instant, seconds, tone, words } from "../page/format.js";
+import { byNumber, fact, gap, instant, seconds, tone, words } from "../page/format.js";
 import { part, whenOpened } from "../page/part.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { problemBox } from "../page/problem.js";
-import { byNumber } from "./drawing.js";
 import { NO_CHANGES, createPicture } from "./picture.js";
 
 /** @typedef {{viewPlan: (planId: string) => void, refresh: () => void}} Actions */

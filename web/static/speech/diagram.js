@@ -1,9 +1,10 @@
 // A sequence diagram of what was said: a lifeline for each speaker, an arrow for each saying, in order of time downwards.
 
 import { svg } from "../page/dom.js";
+import { byNumber } from "../page/format.js";
 import { SERVICE, fate } from "./sayings.js";
 
-export const HEAD_PX = 34;
+const HEAD_PX = 34;
 const ROW_PX = 34;
 const TIME_PX = 58; // left of the first lifeline
 const MIN_LANE_PX = 96;
@@ -18,7 +19,7 @@ export function speakers(sayings, robots) {
   /** @param {string} name */
   const rank = (name) => (name === SERVICE ? 1 : robots.has(name) ? 0 : 2);
   const names = [...new Set(sayings.flatMap(({ from, to }) => [from, to]))];
-  return names.sort((one, other) => rank(one) - rank(other) || one.localeCompare(other, undefined, { numeric: true }));
+  return names.sort((one, other) => rank(one) - rank(other) || byNumber(one, other));
 }
 
 /**

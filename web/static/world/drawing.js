@@ -1,7 +1,7 @@
 // Draws a world from above: its layout once, samples and robots as often as they change.
 
 import { el, replace, svg } from "../page/dom.js";
-import { createPeripherals } from "./peripherals.js";
+import { along, createPeripherals } from "./peripherals.js";
 
 const MARGIN_M = 0.3;
 const LETTERS_PX = 11;
@@ -173,7 +173,7 @@ export function ruleInWords({ rule, max_speed_m_s: speed }) {
 }
 
 /** A zone with its name and rule in its upper left corner. @param {Zone} zone */
-export function zoneMark(zone) {
+function zoneMark(zone) {
   const said = [zone.name, ruleInWords(zone)].filter(Boolean).join(": ");
   return svg(
     "g",
@@ -190,11 +190,6 @@ function text(content, x, y, dy = null, side = "") {
 
 /** The wall, and over it its openings, each in its kind's colour. @param {Wall} wall */
 function wall({ start, end, openings = [] }) {
-  const length = Math.hypot(end[0] - start[0], end[1] - start[1]) || 1;
-  /** @param {number} from_m @param {number} to_m @param {string} kind */
-  const line = (from_m, to_m, kind) => {
-    const [x1, y1, x2, y2] = [from_m, to_m].flatMap((at_m) => [0, 1].map((axis) => start[axis] + ((end[axis] - start[axis]) * at_m) / length));
-    return svg("line", { x1, y1: -y1, x2, y2: -y2, class: kind });
-  };
-  return [line(0, length, "wall"), openings.map(({ kind, at_m, width_m }) => line(at_m - width_m / 2, at_m + width_m / 2, `opening ${kind}`))];
+  const { length, line } = along(start, end);
+  return [line(0, 1, "wall"), openings.map(({ kind, at_m, width_m }) => line((at_m - width_m / 2) / length, (at_m + width_m / 2) / length, `opening ${kind}`))];
 }

@@ -54,15 +54,22 @@ function createMark({ name, kind, start, end, cabin, stops = [] }) {
   return { node, show };
 }
 
+/** The distance between two points in metres, and lines on the way from one to the other. @param {Point} start @param {Point} end */
+export function along(start, end) {
+  return {
+    length: Math.hypot(end[0] - start[0], end[1] - start[1]) || 1,
+    /** @param {number} from a share of the way @param {number} to @param {string} kind */
+    line(from, to, kind) {
+      const [x1, y1, x2, y2] = [from, to].flatMap((at) => [0, 1].map((axis) => start[axis] + at * (end[axis] - start[axis])));
+      return svg("line", { x1, y1: -y1, x2, y2: -y2, class: kind });
+    },
+  };
+}
+
 /** A panel in all its states; its class says which is seen. @param {Point} start @param {Point} end @param {string} openAt the state in which it is open */
 function panel(start, end, openAt) {
-  const length = Math.hypot(end[0] - start[0], end[1] - start[1]) || 1;
+  const { length, line } = along(start, end);
   const share = Math.min(END_M / length, 0.25);
-  /** @param {number} from @param {number} to @param {string} kind */
-  const line = (from, to, kind) => {
-    const [x1, y1, x2, y2] = [from, to].flatMap((at) => [0, 1].map((axis) => start[axis] + at * (end[axis] - start[axis])));
-    return svg("line", { x1, y1: -y1, x2, y2: -y2, class: kind });
-  };
   const [x, y] = middle(start, end);
   const cross = svg("path", { d: `M${x - CROSS_M},${-y - CROSS_M} l${2 * CROSS_M},${2 * CROSS_M} m0,${-2 * CROSS_M} l${-2 * CROSS_M},${2 * CROSS_M}`, class: "cross" });
   return { openAt, start, end, node: svg("g", {}, line(0, 1, "reach"), line(0, 1, "sill"), line(0, 1, "leaf"), line(0, share, "post"), line(1 - share, 1, "post"), cross) };
