@@ -104,6 +104,8 @@ interface PreviousAction {
 interface PlanChanges {
   byAction: Map<string, ActionChange>;
   previous: PreviousAction[];
+  /** Draws the previous actions. */
+  draw(scale: PictureScale): Child;
 }
 
 /** Positions in the plan's picture: lanes of robots in order, the time axis of `width` pixels up to `end` seconds. */

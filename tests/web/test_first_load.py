@@ -15,8 +15,9 @@ from playwright.sync_api import Browser, Page, expect  # noqa: E402
 
 pytestmark = pytest.mark.browser
 WITHOUT_GOALS_BYTES = 92_000
+WITH_A_PLAN_BYTES = 150_000
 WITH_A_MISSION_BYTES = 146_000
-"""Of the console's own files, uncompressed; a mission: that of the newest goal, shown with its plan as a page opens."""
+"""Of the console's own files, uncompressed; plan and mission: those of the newest goal, shown as a page opens."""
 A_WHILE_MS = 500
 """Longer than a page waits before it fetches what it shows."""
 
@@ -55,16 +56,20 @@ def test_a_first_load_without_goals_fetches_no_more_than_its_budget(
         ]
 
 
-def test_a_first_load_with_a_plan_and_a_mission_fetches_no_more_than_its_budget(
-    browser: Browser, service: FakeService
+@pytest.mark.parametrize(
+    ("state", "budget"), [("proposed", WITH_A_PLAN_BYTES), ("approved", WITH_A_MISSION_BYTES)]
+)
+def test_a_first_load_with_a_plan_fetches_no_more_than_its_budget(
+    browser: Browser, service: FakeService, state: str, budget: int
 ) -> None:
     service.propose("move sample_1 to bay_1")
-    service.approve("plan-1")
+    if state == "approved":
+        service.approve("plan-1")
     with first_load(browser, service) as (page, fetched):
-        expect(page.get_by_test_id("mission-state")).to_have_text("running")
-        expect(page.get_by_test_id("action-detail")).to_be_visible()
+        expect(page.get_by_test_id("plan-state")).to_have_text(state)
+        expect(page.get_by_test_id("mission")).to_have_count(1 if state == "approved" else 0)
         page.wait_for_timeout(A_WHILE_MS)
-        assert size(fetched) <= WITH_A_MISSION_BYTES
+        assert size(fetched) <= budget
         assert not [name for name in fetched if re.match(r"replay|speech|workbench/workbench", name)]
 
 

@@ -6,12 +6,11 @@ import { byNumber, fact, seconds } from "../page/format.js";
 
 export const LANE_PX = 44;
 export const TOP_PX = 34; // the time axis, above it the marks of now and of the deadline
-const BAR_PX = 20;
-const ABOVE_PX = 6;
+export const BAR_PX = 20;
+export const ABOVE_PX = 6;
 const ACTUAL_PX = 7;
-const PREVIOUS_PX = 12;
 const SIDE_PX = 10;
-const LETTER_PX = 6.9;
+export const LETTER_PX = 6.9;
 const LINE_PX = 12;
 const MAX_LABELLED_LINKS = 14; // of more links only those of the selected action are labelled
 const MAX_LINKS = 400;
@@ -102,27 +101,6 @@ export function kind(tag) {
 function spokenName(action) {
   const span = `${seconds(action.earliest_start_s)} to ${seconds(action.earliest_start_s + action.duration_s)}`;
   return `${action.id} ${action.tag} by ${action.agents.join(" and ")}, ${span}, ${action.critical ? "critical" : `slack ${seconds(action.slack_s)}`}`;
-}
-
-/**
- * An action of the previous plan: beneath the bars, struck out if dropped, with a line to its new time if moved.
- * @param {PreviousAction} action @param {PictureScale} scale
- */
-export function previousAction({ kind: change, words, agents, tag, from, to, successor }, scale) {
-  const left = scale.x(from);
-  const width = scale.x(to) - left;
-  return agents.map((robot) => {
-    const top = scale.y(robot) + ABOVE_PX + BAR_PX + 3;
-    const label = [`${tag}: ${words}`, words, tag].find((text) => text.length * LETTER_PX * 0.85 < width) ?? "";
-    return svg(
-      "g",
-      { class: `ghost ${change}` },
-      svg("title", {}, `${tag} by ${robot}: ${words}`),
-      successor ? svg("line", { x1: left, y1: top, x2: scale.x(successor.earliest_start_s), y2: top - 3 }) : null,
-      svg("rect", { x: left, y: top, width: Math.max(3, width), height: PREVIOUS_PX, rx: 2 }),
-      svg("text", { x: left + 3, y: top + 9 }, label),
-    );
-  });
 }
 
 /** @typedef {{x: number, y: number, half: number}} LabelBox */

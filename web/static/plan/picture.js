@@ -4,13 +4,13 @@
 import { elapsed, planStart } from "../mission/timing.js";
 import { badge, closest, el, replace, show, svg } from "../page/dom.js";
 import { byNumber } from "../page/format.js";
-import { LANE_PX, TOP_PX, actionBar, actualTimes, background, causalLinks, definitions, pictureScale, previousAction, silentLanes } from "./drawing.js";
+import { LANE_PX, TOP_PX, actionBar, actualTimes, background, causalLinks, definitions, pictureScale, silentLanes } from "./drawing.js";
 
 const MIN_WIDTH_PX = 260;
 const ZOOM = 1.5;
 const MAX_ZOOM = 16;
 /** @type {PlanChanges} */
-export const NO_CHANGES = { byAction: new Map(), previous: [] };
+export const NO_CHANGES = { byAction: new Map(), previous: [], draw: () => [] };
 
 /** @param {(action: PlannedAction | null) => void} onSelect @returns {Picture} */
 export function createPicture(onSelect) {
@@ -44,7 +44,7 @@ export function createPicture(onSelect) {
     const drawn = pictureScale(plan, Math.max(MIN_WIDTH_PX, (scroller.clientWidth - 1) * zoom), spent, changes.previous, drawnDeadline);
     scale = drawn;
     replace(layers.links, causalLinks(plan, drawn));
-    replace(layers.previous, changes.previous.map((one) => previousAction(one, drawn)));
+    replace(layers.previous, changes.draw(drawn));
     replace(layers.bars, inOrder().map((action) => actionBar(action, drawn, changes.byAction.get(action.id))));
     replace(scroller, svg(
       "svg",

@@ -1,7 +1,10 @@
 // How a repaired plan differs from the one it replaces: in words, and for picture and table.
 
-import { el } from "../page/dom.js";
+import { el, svg } from "../page/dom.js";
 import { roughly, words } from "../page/format.js";
+import { ABOVE_PX, BAR_PX, LETTER_PX } from "./drawing.js";
+
+const PREVIOUS_PX = 12;
 
 /** @param {Plan} plan @param {Plan | null} previous */
 export function repairNote(plan, previous) {
@@ -44,5 +47,26 @@ export function planChanges(plan, previousPlan) {
     byAction.set(successor, { kind: "moved", words: `${shift} than before` });
     addPrevious(name, "moved", shift, actions.get(successor));
   }
-  return { byAction, previous };
+  return { byAction, previous, draw: (scale) => previous.map((action) => previousAction(action, scale)) };
+}
+
+/**
+ * An action of the previous plan: beneath the bars, struck out if dropped, with a line to its new time if moved.
+ * @param {PreviousAction} action @param {PictureScale} scale
+ */
+function previousAction({ kind: change, words: text, agents, tag, from, to, successor }, scale) {
+  const left = scale.x(from);
+  const width = scale.x(to) - left;
+  return agents.map((robot) => {
+    const top = scale.y(robot) + ABOVE_PX + BAR_PX + 3;
+    const label = [`${tag}: ${text}`, text, tag].find((one) => one.length * LETTER_PX * 0.85 < width) ?? "";
+    return svg(
+      "g",
+      { class: `ghost ${change}` },
+      svg("title", {}, `${tag} by ${robot}: ${text}`),
+      successor ? svg("line", { x1: left, y1: top, x2: scale.x(successor.earliest_start_s), y2: top - 3 }) : null,
+      svg("rect", { x: left, y: top, width: Math.max(3, width), height: PREVIOUS_PX, rx: 2 }),
+      svg("text", { x: left + 3, y: top + 9 }, label),
+    );
+  });
 }
