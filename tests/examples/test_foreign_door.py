@@ -46,8 +46,8 @@ WORLD: Mapping[str, Any] = {
     ],
     "samples": [{"name": "sample_1", "at": "bay_1"}],
 }
-NORTH = {"kind": "door", "start": [4, 3.9], "end": [4, 5.1], "opening_s": 2, "closing_s": 2}
-SOUTH = {"kind": "door", "start": [4, 0.9], "end": [4, 2.1], "opening_s": 2, "closing_s": 2}
+NORTH = {"kind": "door", "start": [4, 3.9], "end": [4, 5.1], "opening_s": 1, "closing_s": 1}
+SOUTH = {"kind": "door", "start": [4, 0.9], "end": [4, 2.1], "opening_s": 1, "closing_s": 1}
 
 
 class Strangers:
@@ -108,8 +108,8 @@ def admitted(api: httpx2.Client, name: str) -> None:
 
 
 def begun(api: httpx2.Client, place: str) -> str:
-    """The mission that is to move the sample to the place."""
-    body = {"text": f"move sample_1 to {place}", "auto_approve": True, "recovery": "auto"}
+    """The mission that is to take the robot to the place."""
+    body = {"text": f"send fred to {place}", "auto_approve": True, "recovery": "auto"}
     goal = api.post("/v1/goals", json=body).raise_for_status().json()
     return str(in_state(api, f"/v1/goals/{goal['id']}", "committed", "completed")["mission_id"])
 

@@ -17,6 +17,7 @@ from tests.scenarios.virtual_vehicle import VirtualVehicle, adapter, needs_node
 from tests.waiting import awaited, in_state, until
 
 pytestmark = [needs_mosquitto, needs_node]
+SPEED_M_S = 2.0
 HALL = """
 name: hall
 compartments:
@@ -45,7 +46,7 @@ def broker(tmp_path: Path) -> Iterator[Mosquitto]:
 
 @pytest.fixture
 def vehicle(broker: Mosquitto) -> Iterator[VirtualVehicle]:
-    vehicle = VirtualVehicle(broker)
+    vehicle = VirtualVehicle(broker, speed_m_s=SPEED_M_S)
     yield vehicle
     vehicle.close()
 
@@ -76,7 +77,7 @@ def test_a_published_virtual_vehicle_is_recruited_driven_cut_off_and_found_again
         awaited(lambda: [one["state"] for one in api.get(sheets).json()["items"]], ["announced"].__eq__)
         sheet = api.get(sheets).json()["items"][0]["sheet"]
         assert set(sheet["repertoire"]) == {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"}
-        assert (sheet["speed_m_s"], sheet["senses"]) == (1.0, [])
+        assert (sheet["speed_m_s"], sheet["senses"]) == (SPEED_M_S, [])
         api.post("/v1/worlds/hall/robots/agv_7:admit").raise_for_status()
         awaited(lambda: seen()["connection"], "online".__eq__)
 
