@@ -1,7 +1,8 @@
 """Who may import whom: the rules of the house, read from the code's own imports."""
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,7 @@ MAX_LOOSE = {"app": 5, "planner": 8, "robots": 8, "sim": 8, "web": 8}
 """Modules that may lie beside the rooms of a package, its `__init__` not counted."""
 
 
+@cache
 def modules(package: str) -> list[Path]:
     paths = (path.relative_to(ROOT) for path in (ROOT / package).rglob("*.py"))
     return sorted(
@@ -42,12 +44,19 @@ def modules(package: str) -> list[Path]:
     )
 
 
+@cache
+def import_statements(module: Path) -> Sequence[ast.Import | ast.ImportFrom]:
+    """Those of a module, also inside functions and under TYPE_CHECKING."""
+    nodes = ast.walk(ast.parse((ROOT / module).read_text()))
+    return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
 def imports(module: Path) -> Iterator[str]:
-    """Every module that this one imports, also inside functions and under TYPE_CHECKING."""
-    for node in ast.walk(ast.parse((ROOT / module).read_text())):
+    """Every module that this one imports."""
+    for node in import_statements(module):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
+        else:
             assert node.level == 0, f"{module}: relative imports hide who imports whom"
             yield node.module or ""
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
@@ -175,10 +184,10 @@ def graph(package: str) -> dict[str, set[str]]:
     found = {}
     for name, path in known.items():
         targets = set()
-        for node in ast.walk(ast.parse((ROOT / path).read_text())):
+        for node in import_statements(path):
             if isinstance(node, ast.Import):
                 targets |= {alias.name for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module:
+            elif node.module:
                 full = {f"{node.module}.{alias.name}" for alias in node.names}
                 targets |= full & known.keys()
                 if not full <= known.keys():
