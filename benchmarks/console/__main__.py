@@ -6,7 +6,6 @@ while about ten events a second arrive, with a page of fifty and with all; the c
 
 import argparse
 import os
-import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,7 +20,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from app.planning.pool.process_tree import tree_of
 from benchmarks.console.history import Traffic, carry_out, fill
 from benchmarks.processes import cpu_s, tree_cpu_s
-from tests.chromium import FLAGS, SOFTWARE_GL
+from tests.chromium import SOFTWARE_GL, chromium
 from tests.scenarios.serving import Served, macta_serve
 
 STATIC = Path(__file__).parents[2] / "web" / "static"
@@ -179,12 +178,8 @@ def main() -> None:
         with httpx2.Client(base_url=served.address, headers=headers, timeout=30) as api:
             carry_out(api, "move sample_1 to bay_7")
             fill(Path(folder), missions)
-            with sync_playwright() as driver:
-                browser = driver.chromium.launch(
-                    executable_path=shutil.which("chromium"), args=[*FLAGS, *SOFTWARE_GL]
-                )
+            with sync_playwright() as driver, chromium(driver, *SOFTWARE_GL) as browser:
                 measure(browser, served, api)
-                browser.close()
 
 
 if __name__ == "__main__":
