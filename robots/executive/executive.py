@@ -247,13 +247,9 @@ class Executive:
 
     def suspend(self, reason: str, percepts: Percepts | None, now_s: float) -> str | None:
         """Let the robot stand until `resume_suspended`, or return the reason against it."""
-        run = self.current
-        if run is None or self.state is ScriptState.PAUSED:
-            return "no packet is under way"
-        if self._delegated is not None:
-            return DELEGATED
-        if run.grips:
-            return f"{run.packet.tag} moves the jaws"
+        run = self._steerable()
+        if isinstance(run, str):
+            return run
         if self._suspended_s is None:
             self._suspended_s = AT_MOST_S
             self._remark(run, f"is suspended: {reason}", percepts, now_s)
@@ -270,13 +266,11 @@ class Executive:
 
     def begin_again(self, reason: str, percepts: Percepts | None, now_s: float) -> str | None:
         """Begin the current packet again, or return the reason against it."""
-        run = self.current
-        if run is None or self._own is not None or self.state is ScriptState.PAUSED:
-            return "no packet is under way"
-        if self._delegated is not None:
-            return DELEGATED
-        if run.grips:
-            return f"{run.packet.tag} moves the jaws"
+        run = self._steerable()
+        if isinstance(run, str):
+            return run
+        if self._own is not None:
+            return f"script {self.script_id} is interrupted already"
         count = self._begun_again.get(run.packet.id, 0)
         if count >= BEGUN_AGAIN_AT_MOST:
             return f"{run.packet.tag} was begun again {count} times"
@@ -288,16 +282,25 @@ class Executive:
 
     def give_up(self, reason: str, percepts: Percepts | None, now_s: float) -> str | None:
         """Fail the current packet and its script, or return the reason against it."""
-        run = self.current
-        if run is None:
-            return "no packet is under way"
-        if self._delegated is not None:
-            return DELEGATED
-        if run.grips:
-            return f"{run.packet.tag} moves the jaws"
+        run = self._steerable()
+        if isinstance(run, str):
+            return run
         category = FailureCategory.WORLD_CHANGED if run.is_missing_something else FailureCategory.ROBOT
         self._apply(run, run.fail(category, f"was given up: {reason}", percepts), percepts, now_s)
         return None
+
+    def _steerable(self) -> PacketRun | str:
+        """The current packet, if rules may act on it: of a script of the service; or the reason why they may not."""
+        run = self.current
+        if run is None:
+            return "no packet is under way"
+        if self._active_script.is_own:
+            return f"{run.packet.tag} is of no script of the service"
+        if self.state is ScriptState.PAUSED:
+            return f"script {self.script_id} is paused"
+        if self._delegated is not None:
+            return DELEGATED
+        return f"{run.packet.tag} moves the jaws" if run.grips else run
 
     @property
     def unsafe(self) -> str:
@@ -350,6 +353,7 @@ class Executive:
         self._delegated = None
         if kept is None:
             return
+        self._note(ScriptState.RUNNING)  # also if its first packet was given up before it had begun
         ids = [run.packet.id for run in self._runs]
         for run in self._runs:
             if run.packet.id in kept.leg.packets and run.state is not PacketState.FINISHED:
@@ -659,9 +663,17 @@ class Executive:
         leg = to_delegate(script, self._runs, run, percepts) if self.delegates else None
         if leg is None:
             return False
+        self._end_interruption()
         self._delegated = DelegatedMemory(leg=leg.id, category=change.category, detail=change.detail)
         self._remark(run, f"is put to other robots: {change.detail}", percepts, at_s)
         return True
+
+    def _end_interruption(self) -> None:
+        """What rules have put in the current packet's way ends with the packet."""
+        if self._own is not None:
+            self._states.note(self._own.script.id, ScriptState.CANCELLED)
+            self._own = None
+        self._suspended_s = None
 
     def _note(self, state: ScriptState) -> None:
         """The current script's new state."""
@@ -685,10 +697,7 @@ class Executive:
         detail: str = "",
     ) -> None:
         self.end_reason = detail
-        if self._own is not None:
-            self._states.note(self._own.script.id, ScriptState.CANCELLED)
-            self._own = None
-        self._suspended_s = None
+        self._end_interruption()
         self._delegated = None
         self._note(state)
         self.news.append(News("", state, ()))

@@ -15,7 +15,18 @@ from robots.physical.body import Pose
 from robots.physical.geometry import wrap
 from robots.physical.profile import BeaconSpec, RobotProfile
 from robots.repertoire import load_repertoire
-from robots.wire import Control, ControlVerb, PacketReport, PacketState, ScriptState
+from robots.social import SocialLevel
+from robots.wire import (
+    OWN,
+    BehaviourScript,
+    Control,
+    ControlVerb,
+    DelegableLeg,
+    PacketReport,
+    PacketState,
+    ScriptState,
+)
+from tests.robots.executive.test_teleoperation import Operator
 from tests.robots.fake_world import STEP_S, FakeWorld
 from tests.robots.sensed import PROFILE
 from tests.robots.stories import EAST, NORTH, Service, carry, packet, room, run, run_for, script
@@ -36,12 +47,18 @@ class Rover:
     """A rover with rules in a world, and the service that listens to it."""
 
     def __init__(
-        self, *texts: str, world: FakeWorld | None = None, start: Pose = START, home: str | None = None
+        self,
+        *texts: str,
+        world: FakeWorld | None = None,
+        start: Pose = START,
+        home: str | None = None,
+        speaks: bool = False,
     ):
         self.world = world or room(noise=0.0)
         self.said: list[Utterance] = []
         self._texts = texts
-        link = self.world.add("fred", start, mind=self._mind, home=home)
+        society = SocialLevel("fred", self.world.clock) if speaks else None
+        link = self.world.add("fred", start, mind=self._mind, home=home, society=society)
         self.service = Service(self.world, link, "fred")
 
     def _mind(self, profile: RobotProfile) -> Mind:
@@ -57,6 +74,17 @@ class Rover:
 
     def run_for(self, time_s: float) -> None:
         run_for(self.world, [self.service], time_s)
+
+    def order_delegable(self) -> None:
+        """Order a drive that ginger may do in its stead."""
+        one = packet("NAVIGATE", ref2="yard")
+        leg = DelegableLeg(id="leg_1", packets=(one.id,), robots=("ginger",))
+        self.service.order(script("fred", one).model_copy(update={"delegable": (leg,)}))
+
+    def run_out_of_reach(self, time_s: float) -> None:
+        """Go on without an answer of the service."""
+        for _ in range(round(time_s / STEP_S)):
+            self.world.tick()
 
     def run_until_ended(self) -> ScriptState | None:
         run(self.world, [self.service], lambda: self.service.report is not None)
@@ -192,6 +220,63 @@ def test_a_packet_is_begun_again_a_few_times_only() -> None:
         rover.tell("again")
         rover.run_for(0.2)
     assert [one.words for one in rover.mind.agents[0].ended][-1] == "NAVIGATE was begun again 3 times"
+
+
+def test_rules_do_not_act_on_a_script_that_is_paused() -> None:
+    rover = navigating(HEAD + ON_REQUEST)
+    rover.service.send(Control(script_id="script-fred", verb=ControlVerb.PAUSE))
+    rover.run_for(0.3)
+    for content in ("leave", "again", "stand"):
+        rover.tell(content)
+        rover.run_for(0.3)
+        assert rover.mind.agents[0].ended[-1].words == "script script-fred is paused"
+    rover.service.send(Control(script_id="script-fred", verb=ControlVerb.RESUME, number=1))
+    assert rover.run_until_ended() is ScriptState.FINISHED
+
+
+@pytest.mark.parametrize("content", ["stand", "again", "leave"])
+def test_rules_do_not_act_on_the_drive_of_an_operator(content: str) -> None:
+    rover = Rover(HEAD + ON_REQUEST)
+    ada = Operator(rover.service)
+    ada.drive(1.0, 0.0, 0.3)
+    heading_rad = rover.world.bodies["fred"].pose.heading_rad
+    rover.tell(content)
+    ada.drive(3.0, 0.0, 0.3)
+    turned_rad = rover.world.bodies["fred"].pose.heading_rad - heading_rad
+    assert turned_rad == pytest.approx(0.9, abs=0.02)
+    assert ada.refusal == ""
+    (ended,) = rover.mind.agents[0].ended
+    assert ended.words == "TELEOPERATE is of no script of the service"
+
+
+def test_a_leg_that_was_given_up_before_it_had_begun_ends_once_another_robot_has_done_it() -> None:
+    rover = Rover(HEAD + "BELIEF(doing(NAVIGATE)) => COMMIT(giveUp(never));", speaks=True)
+    rover.order_delegable()
+    rover.run_out_of_reach(0.2)
+    agent = rover.world.agents["fred"]
+    assert agent.state_of("script-fred") is ScriptState.ACCEPTED
+    assert agent.delegated is not None
+    agent.end_delegated("ginger")
+    assert rover.run_until_ended() is ScriptState.FINISHED
+
+
+@pytest.mark.parametrize("before", ["stand", "turn"])
+def test_what_is_put_to_others_is_suspended_no_longer_and_no_own_packet_keeps_the_robot(before: str) -> None:
+    rover = Rover(HEAD + ON_REQUEST, speaks=True)
+    rover.order_delegable()
+    rover.run_out_of_reach(2.0)
+    for content in (before, "leave"):
+        rover.tell(content)
+        rover.run_out_of_reach(0.5)
+    agent = rover.world.agents["fred"]
+    assert agent.delegated is not None
+    aside = packet("NAVIGATE", ref2="door")
+    assert agent.make_way(BehaviourScript(id="aside", mission_id=OWN, robot="fred", packets=(aside,))) is None
+    at = rover.world.bodies["fred"].at
+    rover.run_out_of_reach(3.0)
+    assert abs(rover.world.bodies["fred"].at - at) > 0.3
+    rover.run_for(0.1)
+    assert not any(one.startswith("NAVIGATE goes on") for one in rover.details)
 
 
 def test_the_sensors_that_rules_need_run_without_a_script_and_stop_when_they_are_needed_no_longer() -> None:
