@@ -19,13 +19,9 @@ from robots.executive.memory import RobotMemory
 from robots.link import Link, LinkClosed
 from robots.wire import (
     Message,
-    MindOrder,
-    MindOrderReport,
     MindTransfer,
     MindTransferReport,
-    MindVerb,
     Performative,
-    Program,
     Telemetry,
 )
 
@@ -94,7 +90,7 @@ class RobotProgram:
         for message in arrived:
             if isinstance(message.body, MindTransfer):
                 self._take(message, message.body)
-            elif not self._is_for_nobody(message):
+            else:
                 self._inbox.pass_on(message)
         self.agent.tick()
         self._save_and_send()
@@ -103,21 +99,6 @@ class RobotProgram:
     def close(self) -> None:
         """Save the memory; the link is its maker's."""
         self._save()
-
-    def _is_for_nobody(self, message: Message) -> bool:
-        """True for an order to go on with a mind that this program does not have: it is refused, and not remembered,
-        since the mind may come.
-        """
-        order = message.body
-        here = self.agent.embodiment
-        if not isinstance(order, MindOrder) or order.to is not Program.OWN or not here.is_handed_over:
-            return False
-        if order.verb is not MindVerb.GO_ON or order.fence <= here.fence:
-            return False
-        reason = f"no mind was handed over under fencing number {order.fence}"
-        report = MindOrderReport(verb=order.verb, fence=order.fence, reason=reason)
-        self._answer(message, Performative.REFUSE, report)
-        return True
 
     def _take(self, message: Message, transfer: MindTransfer) -> None:
         """Take a piece of a mind, and with the last one the mind."""
@@ -171,9 +152,7 @@ class RobotProgram:
         self.agent = agent
         self._saved_s = float("-inf")
 
-    def _answer(
-        self, request: Message, performative: Performative, body: MindTransferReport | MindOrderReport
-    ) -> None:
+    def _answer(self, request: Message, performative: Performative, body: MindTransferReport) -> None:
         self._link.send(
             Message(
                 performative=performative,

@@ -13,6 +13,7 @@ import numpy as np
 from robots.clock import ManualClock
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.deliberation import Deliberation
+from robots.executive.hand_over import MindDocument
 from robots.executive.society import Society
 from robots.link import InMemoryLink, Link
 from robots.physical.body import (
@@ -51,6 +52,7 @@ class FakeWorld:
     clock: ManualClock = field(default_factory=ManualClock)
     bodies: dict[str, "FakeBody"] = field(default_factory=dict)
     agents: dict[str, BehaviouralAgent] = field(default_factory=dict)
+    links: dict[str, Link] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.rng = np.random.default_rng(self.seed)
@@ -74,6 +76,7 @@ class FakeWorld:
         :param society: its social level. :param told: more of its `RobotProfile`.
         """
         ours, theirs = InMemoryLink.pair()
+        self.links[name] = link or theirs
         self.bodies[name] = FakeBody(self, name, pose)
         profile = RobotProfile(name=name, start=pose, beacons=self.beacons, others=tuple(others), **told)
         self.agents[name] = BehaviouralAgent(
@@ -86,6 +89,18 @@ class FakeWorld:
             society=society,
         )
         return ours
+
+    def take_over(self, name: str, document: MindDocument, society: Society | None) -> None:
+        """Another program, on the same link and body, takes the rover's mind."""
+        agent = BehaviouralAgent(
+            profile=self.agents[name].profile,
+            body=self.bodies[name],
+            link=self.links[name],
+            clock=self.clock,
+            society=society,
+        )
+        assert agent.take_over(document.model_copy(update={"fence": 1}), body=None) is None
+        self.agents[name] = agent
 
     def tick(self) -> None:
         for agent in self.agents.values():

@@ -21,7 +21,7 @@ from robots.clock import ManualClock
 from robots.link.mqtt import Broker, FleetLink, ServiceLink
 from robots.link.mqtt.session import Publication
 from robots.link.mqtt.signature import Signer
-from robots.wire import Telemetry
+from robots.wire import Body, MindTransferReport, Receipt, Telemetry
 from robots.world import RobotSpec, WorldFile
 from tests.app.stepped_clock import SteppedClock
 from tests.mosquitto import mosquitto, needs_mosquitto
@@ -123,6 +123,27 @@ def test_a_recorded_message_is_refused_after_a_restart_of_the_service(hall: Hall
     assert watch.admits("fred", sheet), "it is retained"
     assert watch.admits("fred", sign(state))
     assert not restarted.load("elsewhere")
+
+
+def test_software_that_stands_by_for_a_simulated_robot_may_answer_what_moves_minds_alone(
+    world_file: WorldFile, database: Database, hall: Hall
+) -> None:
+    watch = Impersonations(
+        EventLog(database), worlds={"hall": world_file}, keys=lambda: {"yard_1": "a-key"}, wall=hall.wall
+    ).watch("hall", hall.board)
+    sign = Signer("a-key", epoch_ns=lambda: 10**18)
+
+    def said(body: Body) -> Publication:
+        message = report("yard_1", "m1").model_copy(update={"body": body})
+        topic = "macta/v1/hall/yard_1/state"
+        return Publication(topic=topic, payload=message.model_dump_json().encode(), run=RUN)
+
+    taken = said(MindTransferReport(fence=1, digest="", number=0))
+    assert watch.admits("yard_1", sign(taken))
+    assert not watch.admits("yard_1", Signer("another")(taken))
+    assert not watch.admits("yard_1", sign(said(Receipt())))
+    assert not watch.admits("yard_1", sign(replace(taken, payload=b"1")))
+    assert watch.admits("yard_1", said(Receipt())), "the fleet, which simulates it, does not sign"
 
 
 def test_telemetry_that_goes_to_and_fro_is_noticed(hall: Hall) -> None:

@@ -108,6 +108,14 @@ class Talker:
         self.executive.recall(ExecutiveMemory.model_validate_json(executive), self.air.clock.now_s())
         self.social.recall(SocialMemory.model_validate_json(social))
 
+    def hand_over(self) -> None:
+        """Another program goes on with its mind."""
+        executive = self.executive.hand_over().model_dump_json()
+        social = self.social.hand_over().model_dump_json()
+        self._make()
+        self.executive.recall(ExecutiveMemory.model_validate_json(executive), self.air.clock.now_s())
+        self.social.recall(SocialMemory.model_validate_json(social))
+
     def step(self, arrived: Sequence[Message]) -> None:
         self.social.step(arrived, self)
 

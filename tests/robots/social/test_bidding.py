@@ -227,6 +227,19 @@ def test_a_robot_says_when_an_awarded_leg_has_failed() -> None:
     assert auction.last == 'failure failed(leg_1, "its script has cancelled")'
 
 
+def test_a_robot_whose_mind_goes_on_in_another_program_keeps_its_bid_and_its_award() -> None:
+    auction = Auction()
+    auction.bid(*CARRY)
+    auction.fred.hand_over()
+    auction.award("award(leg_1, s1)")
+    begin(auction.fred, "s1")
+    auction.air.run_for(5.0)
+    auction.fred.hand_over()
+    auction.fred.executive.control("s1", ControlVerb.CANCEL, None, auction.air.clock.now_s())
+    auction.air.run_for(3.0)
+    assert auction.last == 'failure failed(leg_1, "its script has cancelled")'
+
+
 def test_an_award_whose_script_never_comes_has_failed() -> None:
     auction = Auction()
     auction.bid(*CARRY)

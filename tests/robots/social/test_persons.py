@@ -2,12 +2,22 @@
 
 import pytest
 
+from robots.executive.hand_over import MindDocument
 from robots.physical.body import Pose
 from robots.repertoire import load_self_level
 from robots.social import SocialLevel, Term, parse_term
 from robots.social.persons import _newest_beliefs, perform_of
 from robots.social.protocols import OPENED_BY
-from robots.wire import MAX_CONTENT, BehaviourPacket, Message, Performative, SpeechAct
+from robots.wire import (
+    MAX_CONTENT,
+    BehaviourPacket,
+    Message,
+    MindOrder,
+    MindVerb,
+    Performative,
+    Program,
+    SpeechAct,
+)
 from tests.robots.fake_world import FakeWorld
 from tests.robots.stories import NORTH, Service, packet, room, run, script
 
@@ -148,6 +158,21 @@ def test_a_repeated_request_is_done_once_also_after_a_power_failure() -> None:
     service.link.send(act)
     assert ends(service, 3)[2] == "inform done(d1)"
     assert [one.tag for one in service.upkeep].count("TURN_LEFT") == 2
+
+
+def test_what_a_person_has_asked_for_goes_on_in_another_program() -> None:
+    world = room()
+    service = fred_of(world)
+    request(service, TURN, DRIVE)
+    ends(service, 1)
+    before = world.agents["fred"]
+    text = before.hand_over().model_dump_json()
+    world.take_over("fred", MindDocument.model_validate_json(text), SocialLevel("fred", world.clock))
+    order = MindOrder(verb=MindVerb.GO_ON, fence=1, to=Program.OWN)
+    service.send(order, Performative.REQUEST)
+    assert ends(service, 2) == ["agree agreed(d1)", "inform done(d1)"]
+    finished = [one.tag for one in service.upkeep if one.state == "finished"]
+    assert finished == ["TURN_LEFT", "NAVIGATE"]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from robots.deliberative.mind import Mind
 from robots.deliberative.reader import rules_of
 from robots.deliberative.terms import Term as RuleTerm
 from robots.deliberative.terms import Variable
+from robots.executive.mind_memory import MindMemory
 from robots.physical.body import Pose
 from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
@@ -36,9 +37,23 @@ class Speaker:
         start = Pose(x_m=0, y_m=0, heading_rad=0)
         profile = RobotProfile(name=talker.name, start=start, beacons={})
         self.talker = talker
-        speech = RuleSpeech(talker.social)
-        self.mind = Mind(profile, load_repertoire(), [rules_of(text, talker.name)], speak=speech.speak)
-        speech.listen(self.mind)
+        self._profile = profile
+        self._text = text
+        self.mind = self._made()
+
+    def _made(self) -> Mind:
+        speech = RuleSpeech(self.talker.social)
+        files = [rules_of(self._text, self.talker.name)]
+        mind = Mind(self._profile, load_repertoire(), files, speak=speech.speak)
+        speech.listen(mind)
+        return mind
+
+    def hand_over(self) -> None:
+        """Another program goes on with its mind."""
+        memory = self.mind.hand_over().model_dump_json()
+        self.talker.hand_over()
+        self.mind = self._made()
+        self.mind.recall(MindMemory.model_validate_json(memory), self.talker.air.clock.now_s())
 
     def cycle(self) -> None:
         self.mind.cycle(self.talker.executive, None, self.talker.air.clock.now_s())
@@ -104,6 +119,26 @@ def test_rules_hear_each_message_once_whatever_the_radio_does(seed: int) -> None
     said_before = len(air.sent)
     run_for(air, 60.0, fred, ginger)
     assert len(air.sent) == said_before, "a conversation that has ended is silent"
+
+
+@pytest.mark.parametrize("after_s", [0.5, 2.0, 5.0, 9.5, 14.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_rules_that_go_on_in_another_program_ask_and_answer_each_once(seed: int, after_s: float) -> None:
+    count = (
+        CAPTAIN
+        + "BELIEF(message(?what, ?who, ?_)) & BELIEF(covered(?p)) => COMMIT(adoptBelief(again(?p)));\n"
+    )
+    once = KEEPER + "BELIEF(message(request, ?_, ?_)) & BELIEF(once) => COMMIT(adoptBelief(twice));\n"
+    once += "BELIEF(message(request, ?_, ?_)) => COMMIT(adoptBelief(once));\n"
+    air, fred, ginger = speakers(count, once, seed=seed, loss=0.3, longest_s=3.0, repeats=0.5)
+    run_for(air, after_s, fred, ginger)
+    fred.hand_over()
+    ginger.hand_over()
+    run_for(air, 80.0, fred, ginger)
+    assert fred.beliefs == {'agreed("bay 3", -1.5)', 'covered("bay 3")'}
+    assert ginger.beliefs == {"once"}
+    assert fred.states == ginger.states == [RequestState.DONE]
+    assert ginger.failures == fred.failures == []
 
 
 def test_an_inform_that_rules_take_is_confirmed_and_what_no_rule_matches_is_not_understood() -> None:

@@ -10,6 +10,7 @@ from benchmarks.embodiments import REAL, MovingRunner, run
 from benchmarks.real_robot import RealRobot
 from robots.executive.hand_over import Pieces, pieces_of
 from robots.wire import (
+    Message,
     MindOrder,
     MindOrderReport,
     MindTransfer,
@@ -160,16 +161,20 @@ BELIEF(done) => COMMIT(retractBelief(begun));
 """
 
 
-def test_beliefs_and_commitments_go_on_where_they_were() -> None:
+@pytest.mark.parametrize(
+    ("killed", "who"), [("", ""), ("at rest", "world"), ("taken", "robot"), ("exchanged", "robot")]
+)
+def test_beliefs_and_commitments_go_on_where_they_were(killed: str, who: str) -> None:
     crossing = Crossing()
     with crossing.runner:
         crossing.runner.tell(ROBOT, Performative.REQUEST, RuleSet(version=3, files={"clerk": CLERK}))
         crossing.run(2.0)
+        crossing.kill(who, at=killed)
         crossing.move(REAL)
         crossing.run(0.1)
         assert minds_eye(crossing) == ({"begun"}, ["active"], 2)
-        crossing.run(4.0)
-        assert minds_eye(crossing) == ({"done"}, [], 3)
+        crossing.run(2.0)
+        assert minds_eye(crossing) == ({"done"}, [], 3), "what has passed of the delay counts"
 
 
 def minds_eye(crossing: Crossing) -> tuple[set[str], list[str], int]:
@@ -257,6 +262,36 @@ def test_a_program_takes_no_mind_that_it_cannot_carry_on() -> None:
         crossing.run(0.2)
         assert reason(text) == ""
         assert reason(text) == "", "it has it already"
+
+
+def test_a_program_that_has_lost_the_mind_says_so_and_goes_on_once_it_has_it_again() -> None:
+    crossing = Crossing()
+    with crossing.runner:
+        crossing.begin()
+        text = crossing.rest(Program.WORLD, fence=1)
+        crossing.runner.bring(ROBOT)
+        transfer = MindTransfer(fence=1, mind=pieces_of(text)[0])
+        assert crossing.ask("transfer", transfer).reason == ""
+        crossing.real.disk.text = None
+        crossing.real.kill()
+        order = Message(
+            id="the same each time",
+            performative=Performative.REQUEST,
+            sender="service",
+            receiver=ROBOT,
+            sent_at_s=0.0,
+            body=MindOrder(verb=MindVerb.GO_ON, fence=1, to=Program.OWN),
+        )
+        crossing.real.deliver(order)
+        crossing.run(0.1)
+        lost = crossing.runner.answers[ROBOT, "go_on", 1]
+        assert lost.reason == "no mind was handed over under fencing number 1"
+        crossing.runner.exchange(ROBOT, REAL, {})
+        assert crossing.ask("transfer", transfer).reason == ""
+        crossing.real.deliver(order)
+        crossing.run(0.1)
+        assert crossing.runner.answers[ROBOT, "go_on", 1].reason == ""
+        crossing.finish()
 
 
 def test_the_main_job_comes_true_while_minds_move_to_real_robots_and_programs_are_killed() -> None:
