@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from math import inf
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -160,6 +161,7 @@ class TenderBody(BaseModel):
     """A goal's tender (FIPA SC00029): the bids for the legs of its first plan, and the awards.
 
     :param attempt: the planning attempt of the goal that it belongs to.
+    :param makespan_s: of the first plan; 0 of tenders of earlier versions.
     :param waits_until_s: by busy robot that the goal has been waiting for, until when it waits at the longest, seconds
         of the world's clock.
     """
@@ -168,6 +170,7 @@ class TenderBody(BaseModel):
     reason: str = Field(default="", description="why the goal is planned without awards; empty if it is not")
     attempt: int = 0
     legs: tuple[LegBody, ...] = ()
+    makespan_s: float = 0.0
     waits_until_s: Mapping[str, float] = Field(default_factory=dict)
 
     @property
@@ -215,12 +218,12 @@ class TenderBody(BaseModel):
         )
         return self.model_copy(update={"legs": legs})
 
-    def postponement(self, *, impatient: Collection[str] = ()) -> Postponement | None:
+    def postponement(self, *, impatient: Collection[str] = (), within_s: float = inf) -> Postponement | None:
         """The busy robots that are worth waiting for; None if there are none.
 
         Nobody is waited for where a first plan's robot has not answered: how soon it would be done is not known.
 
-        :param impatient: robots that are not waited for any longer.
+        :param impatient: robots that are not waited for any longer. :param within_s: how long may be waited.
         """
         busy = {
             bid.robot: bid.offer.release_s
@@ -229,6 +232,7 @@ class TenderBody(BaseModel):
             for bid in part.bids
             if bid.state is BidState.BUSY and bid.offer is not None and bid.robot not in impatient
         }
+        busy = {robot: release_s for robot, release_s in busy.items() if release_s <= within_s}
         if not busy or any(part.is_unheard for leg in self.legs for part in leg.parts):
             return None
         now = allocate([leg.tendered() for leg in self.legs])

@@ -150,6 +150,7 @@ def _reopen_goals(session: Session, events: EventLog, world_id: str, reason: str
     query = select(GoalRow).where(GoalRow.world == world_id, GoalRow.state.in_(goal_lifecycle.UNDECIDED))
     for goal in session.scalars(query).all():
         close_plans(session, events, goal, PlanState.EXPIRED, reason)
+        goal.tender = None  # its times are of the earlier run's clock
         if runs:
             goal_lifecycle.wait(goal, reason)
             events.append(session, GoalWaiting(subject=goal.id, reason=reason))

@@ -97,7 +97,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             if tender.state == TenderState.POSTPONED:
                 goal.releases_seen = built.releases
                 self._tenders.release(session, goal)
-                self._wait(session, goal, self._tenders.blockers(tender, built))
+                self._wait(session, goal, self._tenders.blockers(goal, tender, built))
                 return None
         task = self._task(goal, built, self._expired(session, goal))
         goal_lifecycle.begin_planning(goal)
@@ -163,7 +163,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         tender = tender_of(goal)
         if result.answer is not None:
             self._propose(session, goal, task, result.answer[0])
-        elif blockers := result.waits_for or _declining(tender, result.status):
+        elif blockers := result.waits_for or self._declining(goal, tender, result.status):
             self._forget_tender(session, goal)
             self._wait(session, goal, blockers)
         else:
@@ -175,6 +175,12 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         goal_lifecycle.wait_for(goal, blockers)
         self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
         self._waiting.look_again(session, goal)
+
+    def _declining(self, goal: GoalRow, tender: TenderBody | None, status: PlanningStatus) -> Blockers | None:
+        """The robots without whom no plan was found, and which may bid later."""
+        if self._tenders is None or tender is None or status is PlanningStatus.FAILED:
+            return None
+        return self._tenders.passing(tender, goal.world)
 
     def _goes_on(
         self, session: Session, goal: GoalRow, task: PlanningTask, result: WorkResult[Solutions]
@@ -240,8 +246,3 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         except KnowledgeBaseError:
             return None
         return ReplacedPlan(plan_id=plan.id, plan_net=net)
-
-
-def _declining(tender: TenderBody | None, status: PlanningStatus) -> Blockers | None:
-    """The robots without whom there is no plan, and which may bid later."""
-    return tender.passing if tender is not None and status is PlanningStatus.UNSOLVABLE else None

@@ -7,8 +7,10 @@ conversations, the goal's tender, and the job that plans once all have answered,
 
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from math import inf
 
-from sqlalchemy import select
+from sqlalchemy import ColumnElement, select
 from sqlalchemy.orm import Session
 
 from app.agents.speech import SpeechService, in_order
@@ -22,7 +24,15 @@ from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.script import script_id
 from app.domain.lifecycles.tender import TenderState
 from app.domain.plan_document import PlanBody
-from app.domain.tender_document import BidBody, BidState, LegBody, OfferBody, PartBody, TenderBody
+from app.domain.tender_document import (
+    BidBody,
+    BidState,
+    LegBody,
+    OfferBody,
+    PartBody,
+    Postponement,
+    TenderBody,
+)
 from app.domain.world_model.beliefs import CAN
 from app.domain.world_model.vocabulary import planner_fact, symbolic
 from app.planning.leg_calls import LegCalls, call_content, declining_in, offer_in
@@ -46,6 +56,8 @@ MOST_CALLS = 2000
 """Calls of one tender; goals whose plans ask for more are planned without (our choice)."""
 LEAST_PATIENCE_S = 30.0
 """How long a goal waits for a busy bidder at the longest, if its bid says that it is free soon (our choice)."""
+CALLED_AGAIN_S = 60.0
+"""World seconds after which robots that have declined for a passing reason are called again (our choice)."""
 LAST_WORD_S = 5.0
 """How long after a mission's end its robots have to say how their legs have ended (wall clock)."""
 
@@ -75,7 +87,9 @@ class Tenders:
     def call(self, session: Session, goal: GoalRow, net: PlanNet, built: GoalProblem) -> TenderBody:
         """Call all robots of the goal's world for the legs of its first plan; nobody, if there is nothing to award."""
         legs = self._legs(net, built)
-        tender = TenderBody(attempt=goal.attempts, waits_until_s=_waits_until_s(goal))
+        tender = TenderBody(
+            attempt=goal.attempts, waits_until_s=_waits_until_s(goal), makespan_s=net.makespan_s
+        )
         calls = sum(len(leg.team) for leg in legs) * len(self._worlds[goal.world].robots)
         if calls > MOST_CALLS:
             why = f"its legs would take {calls} calls, of which {MOST_CALLS} are made at most"
@@ -137,12 +151,10 @@ class Tenders:
 
     def is_answered(self, session: Session, goal: GoalRow) -> bool:
         """True once every called robot has bid, declined or let its time pass."""
-        tender = tender_of(goal)
-        ids = () if tender is None else tender.conversations
-        states = select(ConversationRow.state, ConversationRow.is_over).where(ConversationRow.id.in_(ids))
-        return all(
-            is_over or state == ContractNetState.PROPOSED for state, is_over in session.execute(states)
+        unanswered = select(ConversationRow.id).where(
+            *_of_goal(goal), ConversationRow.state != ContractNetState.PROPOSED
         )
+        return session.scalar(unanswered.limit(1)) is None
 
     def close(self, session: Session, goal: GoalRow, built: GoalProblem) -> TenderBody:
         """The tender with what was bid, and the awards; postponed if busy robots are worth waiting for."""
@@ -154,9 +166,8 @@ class Tenders:
             for part in leg.parts
         }
         tender = tender.with_bids(bids)
-        now_s = self._clocks[goal.world].now_s()
-        impatient = {robot for robot, until_s in tender.waits_until_s.items() if until_s <= now_s}
-        if (postponed := tender.postponement(impatient=impatient)) is not None:
+        if (postponed := self._postponement(goal, tender)) is not None:
+            now_s = self._clocks[goal.world].now_s()
             until_s = {robot: now_s + _patience_s(release_s) for robot, release_s in postponed.robots.items()}
             tender.waits_until_s = {**until_s, **tender.waits_until_s}
             tender_lifecycle.postpone(tender, str(postponed))
@@ -172,14 +183,37 @@ class Tenders:
         tender_lifecycle.award(tender)
         return tender
 
-    def blockers(self, tender: TenderBody, built: GoalProblem) -> Blockers:
+    def _postponement(self, goal: GoalRow, tender: TenderBody) -> Postponement | None:
+        """The busy robots that are worth waiting for; none so long that the first plan would miss the deadline."""
+        now_s = self._clocks[goal.world].now_s()
+        impatient = {robot for robot, until_s in tender.waits_until_s.items() if until_s <= now_s}
+        within_s = inf
+        if goal.deadline_at_s is not None:
+            within_s = goal.deadline_at_s - now_s - tender.makespan_s
+        return tender.postponement(impatient=impatient, within_s=within_s)
+
+    def blockers(self, goal: GoalRow, tender: TenderBody, built: GoalProblem) -> Blockers:
         """What a postponed tender's goal waits for: the missions that need its best bidders."""
+        postponed = self._postponement(goal, tender)
+        assert postponed is not None
         missions = tuple(
             f"{mission}: {tender.reason}"
             for mission, reserved in built.withheld.missions.items()
-            if not reserved.robots.isdisjoint(tender.waits_until_s)
+            if not reserved.robots.isdisjoint(postponed.robots)
         )
-        return Blockers(missions=missions, until_s=max(tender.waits_until_s.values()))
+        until_s = max(tender.waits_until_s[robot] for robot in postponed.robots)
+        if goal.deadline_at_s is not None:
+            until_s = min(until_s, goal.deadline_at_s - tender.makespan_s)
+        return Blockers(missions=missions, until_s=until_s)
+
+    def passing(self, tender: TenderBody, world: str) -> Blockers | None:
+        """The robots that decline for reasons that may pass; None if there are none.
+
+        They are called again after `CALLED_AGAIN_S` at the latest: that a robot has put something down is no release.
+        """
+        robots = tender.passing
+        until_s = self._clocks[world].now_s() + CALLED_AGAIN_S
+        return replace(robots, until_s=until_s) if robots else None
 
     def recruits(self, tender: TenderBody, world: str, built: GoalProblem) -> Mapping[Fact, frozenset[str]]:
         """By goal, who may be recruited for it."""
@@ -201,13 +235,9 @@ class Tenders:
 
         :param beside: the conversations, and the robots in them, to leave alone.
         """
-        query = select(ConversationRow).where(
-            ConversationRow.world == goal.world,
-            ConversationRow.about == goal.id,
-            ConversationRow.opener == OPENER,
-            ConversationRow.is_over.is_(False),
-        )
-        for row in session.scalars(in_order(query).with_for_update()):
+        self._core.facts.lock(session, goal.world)
+        query = in_order(select(ConversationRow).where(*_of_goal(goal)))
+        for row in session.scalars(query.with_for_update()):
             if (row.id, row.robot) in beside:
                 continue
             if row.state == ContractNetState.PROPOSED:
@@ -220,6 +250,7 @@ class Tenders:
 
         A plan that replaces another has new scripts: its legs' robots are called again, and each bid is accepted.
         """
+        self._core.facts.lock(session, goal.world)
         legs = () if tender is None else [leg for leg in tender.legs if leg.is_planned]
         if mission.revision > 1:
             self._award_again(session, mission, legs)
@@ -288,14 +319,7 @@ class Tenders:
     def _answered(self, session: Session, row: ConversationRow) -> None:
         """Have the goal planned once all have answered."""
         goal = session.get(GoalRow, row.about)
-        tender = None if goal is None else tender_of(goal)
-        if (
-            goal is None
-            or tender is None
-            or goal.state != GoalState.PLANNING
-            or tender.state != TenderState.CALLED
-            or row.id not in tender.conversations
-        ):
+        if goal is None or goal.state != GoalState.PLANNING or not _is_called_in(row.id, goal):
             if row.state == ContractNetState.PROPOSED:
                 self._speech.say(session, row, Performative.REJECT_PROPOSAL, Term(REJECT, (_leg_of(row),)))
             return
@@ -389,6 +413,27 @@ def _some_decline(tender: TenderBody) -> bool:
     return any(
         bid.state is BidState.DECLINED for leg in tender.legs for part in leg.parts for bid in part.bids
     )
+
+
+def _of_goal(goal: GoalRow) -> tuple[ColumnElement[bool], ...]:
+    """The open conversations with those who were called for the goal's legs."""
+    return (
+        ConversationRow.world == goal.world,
+        ConversationRow.is_over.is_(False),
+        ConversationRow.about == goal.id,
+        ConversationRow.opener == OPENER,
+    )
+
+
+def _is_called_in(conversation: str, goal: GoalRow) -> bool:
+    """True if the conversation belongs to the goal's open tender.
+
+    Read from the document itself: with many calls, checking it whole for each answer takes most of the time.
+    """
+    tender = goal.tender
+    if tender is None or tender["attempt"] != goal.attempts or tender["state"] != TenderState.CALLED:
+        return False
+    return any(part["conversation"] == conversation for leg in tender["legs"] for part in leg["parts"])
 
 
 def _waits_until_s(goal: GoalRow) -> Mapping[str, float]:

@@ -2,7 +2,8 @@
 
 On SQLite a write transaction takes the write lock at once (BEGIN IMMEDIATE), so that what it read is still true when
 it writes; readers run concurrently (WAL). On PostgreSQL the caller locks the rows that it reads to change, in the order
-goal, plan, mission, script, world; and other processes are notified of what was written (`announce`).
+goal, plan, mission, script, world, dialogue, conversation; and other processes are notified of what was written
+(`announce`).
 """
 
 import sqlite3

@@ -10,6 +10,7 @@ from planner.engines.on_time import OnTimeEngine
 from planner.engines.package_engine import MakeEngine, PackageEngine, package_engines
 from planner.engines.peripherals import PeripheralEngine
 from planner.engines.portfolio import Portfolio
+from planner.engines.recruiting import RecruitingEngine
 from planner.engines.staged import StagedEngine
 from planner.engines.temporal import Aries, Lpg, TemporalEngine
 from planner.errors import UnknownEngine
@@ -69,7 +70,9 @@ def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
 
 
 def _whole(engine: PlanningEngine, knowledge_base: KnowledgeBase) -> PlanningEngine:
-    """The engine with what it need not know of: stages, doors, hatches and lifts, chances to be in time."""
+    """The engine with what it need not know of: recruits, stages, doors, hatches and lifts, chances to be in time."""
+    if not isinstance(engine, HierarchicalEngine):
+        engine = RecruitingEngine(engine, knowledge_base)
     return OnTimeEngine(
         PeripheralEngine(StagedEngine(engine, knowledge_base), knowledge_base), knowledge_base
     )

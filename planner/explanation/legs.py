@@ -50,6 +50,23 @@ def legs_in(
     )
 
 
+def actions_of_others(
+    plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase
+) -> frozenset[str]:
+    """The actions by robots that may not be recruited for the goal that they serve (`PlanningProblem.recruits`)."""
+    if not problem.recruits:
+        return frozenset()
+    statics = StaticFacts(knowledge_base, problem)
+    goals = goals_by_action(plan_net, statics.things)
+    return frozenset(
+        action.id
+        for action in plan_net.actions
+        if action.id in goals
+        and (allowed := problem.recruits.get(goals[action.id])) is not None
+        and not (allowed | statics.peripherals).issuperset(action.agents)
+    )
+
+
 def goals_by_action(plan_net: PlanNet, things: frozenset[str]) -> Mapping[str, Fact]:
     """The goal that each action is done for: the one about what it handles.
 

@@ -57,9 +57,9 @@ class PlanningProblem:
     the zones for one agent at a time that the way from one place to another enters or leaves (`planner.problem.zones`).
     `senses`: what robots perceive, of those that do not perceive all that is sensed; it decides what keeps orderings.
     `access`: the states of doors, hatches and lifts that ways and places ask for (`planner.problem.access`).
-    `recruits`: by goal, the robots that may be recruited for it, where not all may; the hierarchical engine alone keeps
-    to it, and others may still make way. `spreads`: how far durations vary, for forecasts and `Objective.ON_TIME`; no
-    other plan depends on them.
+    `recruits`: by goal, the robots that may be recruited for it, where not all may; others may still make way. The
+    hierarchical engine keeps to it; plans of others that do not are refused. `spreads`: how far durations vary, for
+    forecasts and `Objective.ON_TIME`; no other plan depends on them.
     """
 
     objects: Mapping[str, str]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from planner.engines.peripherals import attend
 from planner.engines.plan_net_completion import complete_plan_net, confirm
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
-from planner.explanation.legs import goals_by_action
+from planner.explanation.legs import actions_of_others
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.extraction import fault_of
@@ -66,7 +66,7 @@ class Remaining:
         self.progress = progress
         able = StaticFacts(knowledge_base, problem).without(progress.lost)
         self.actions = tuple(a for a in linearisation(plan_net) if a.id not in progress.done)
-        barred = _barred(plan_net, problem, knowledge_base) - progress.under_way.keys()
+        barred = actions_of_others(plan_net, problem, knowledge_base) - progress.under_way.keys()
         left = [
             (a, ground)
             for a in self.actions
@@ -140,21 +140,6 @@ def _begun(action: GroundAction, left_s: float) -> GroundAction:
         duration_s=seconds,
         distance_m=round(share * action.distance_m, 3),
         energy_j=round(share * action.energy_j, 3),
-    )
-
-
-def _barred(plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> frozenset[str]:
-    """The actions by robots that may no longer be recruited for the goal that they serve."""
-    if not problem.recruits:
-        return frozenset()
-    statics = StaticFacts(knowledge_base, problem)
-    goals = goals_by_action(plan_net, statics.things)
-    return frozenset(
-        action.id
-        for action in plan_net.actions
-        if action.id in goals
-        and (allowed := problem.recruits.get(goals[action.id])) is not None
-        and not (allowed | statics.peripherals).issuperset(action.agents)
     )
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 
 import pytest
+from sqlalchemy import Engine, event
 
 from app.agents.speech import end_with_robots
 from app.domain.tender_document import BidState, LegBody
@@ -14,6 +15,7 @@ from robots.world import WorldFile
 from tests.app.missions.mission_services import WORLD
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.planning.tendering import GOAL, Tendering
+from tests.databases import ON_POSTGRESQL
 
 NEXT = "goal-2"
 STORED = "in(sample_1, bay_7)"
@@ -174,6 +176,7 @@ def test_a_goal_whose_leg_all_decline_waits_until_one_can_do_it(among: Tender, w
     goal = tendering.services.plan_once(GOAL)
     assert goal.state == "waiting"
     assert goal.reason.startswith("waits for store_2, which declines leg_2: battery at 10%")
+    assert goal.waits_for["until_s"] == 60.0, "then all are called again"  # type: ignore[index]
     tendering.run(0.5)
     assert {row.state for row in tendering.conversations()} <= {"rejected", "refused"}
     tendering.simulation.bodies["store_2"].battery.left_j *= 9
@@ -184,7 +187,14 @@ def test_a_goal_whose_leg_all_decline_waits_until_one_can_do_it(among: Tender, w
 
 @pytest.fixture
 def busy(among: Tender, world_file: WorldFile) -> Tendering:
-    """yard_1 carries out a mission; yard_2 would have to charge after another."""
+    """A goal is stated while yard_1 carries out a mission; yard_2 would have to charge after another."""
+    tendering = at_work(among, world_file)
+    state_next(tendering)
+    assert tendering.goal(NEXT).state == "waiting"
+    return tendering
+
+
+def at_work(among: Tender, world_file: WorldFile) -> Tendering:
     world = changed(world_file, "yard_2", battery=0.2).model_dump()
     at_door = {"name": "sample_2", "at": "door_2"}
     world["samples"] = [at_door if one["name"] == "sample_2" else one for one in world["samples"]]
@@ -192,10 +202,14 @@ def busy(among: Tender, world_file: WorldFile) -> Tendering:
     tendering.plan("in(sample_1, interchange_2)")
     tendering.give(tendering.services.scripts(tendering.approve()))
     tendering.run(20.0)
-    tendering.submit("in(sample_2, interchange_1)", id=NEXT)
-    tendering.run(1.0)
-    assert tendering.services.plan_once(NEXT).state == "waiting"
     return tendering
+
+
+def state_next(tendering: Tendering, **more: object) -> GoalRow:
+    """State a goal and have robots called for it; the goal."""
+    tendering.submit("in(sample_2, interchange_1)", id=NEXT, **more)
+    tendering.run(1.0)
+    return tendering.services.plan_once(NEXT)
 
 
 def plan_next(tendering: Tendering) -> GoalRow:
@@ -239,6 +253,62 @@ def test_a_goal_whose_busy_robot_is_not_free_in_time_is_planned_without_it(busy:
     assert releases(busy) == before + 1, "it is looked at again after some time only"
     assert plan_next(busy).state == "planned"
     assert team_of_next(busy) == ("yard_2",)
+
+
+def waits_until_s(tendering: Tendering) -> float:
+    return tendering.goal(NEXT).waits_for["until_s"]  # type: ignore[no-any-return,index]
+
+
+def test_a_goal_waits_no_longer_than_its_deadline_allows(among: Tender, world_file: WorldFile) -> None:
+    tendering = at_work(among, world_file)
+    assert state_next(tendering, deadline_s=50.0, deadline_at_s=50.0).state == "waiting"
+    makespan_s = tendering.goal(NEXT).tender["makespan_s"]  # type: ignore[index]
+    assert 30.0 < makespan_s < 40.0
+    assert waits_until_s(tendering) == pytest.approx(50.0 - makespan_s)
+    tendering.clock.advance(waits_until_s(tendering))
+    assert plan_next(tendering).state == "planned"
+    assert team_of_next(tendering) == ("yard_2",)
+
+
+def test_a_goal_that_would_miss_its_deadline_does_not_wait(among: Tender, world_file: WorldFile) -> None:
+    tendering = at_work(among, world_file)
+    assert state_next(tendering, deadline_s=40.0, deadline_at_s=40.0).state == "planned"
+    assert team_of_next(tendering) == ("yard_2",)
+
+
+def test_a_new_run_of_the_world_forgets_until_when_a_goal_waits(busy: Tendering) -> None:
+    assert waits_until_s(busy) == 30.0
+    busy.services.start_world("run-2")
+    goal = busy.goal(NEXT)
+    assert (goal.state, goal.tender) == ("waiting", None)
+
+
+def test_robots_that_a_goal_waited_for_before_do_not_prolong_its_wait(busy: Tendering) -> None:
+    with busy.services.database.write() as session:
+        goal = session.get_one(GoalRow, NEXT)
+        assert goal.tender is not None
+        goal.tender = {**goal.tender, "waits_until_s": {"store_1": 90000.0}}
+    assert plan_next(busy).state == "waiting"
+    assert waits_until_s(busy) == 30.0
+
+
+@ON_POSTGRESQL
+def test_bids_are_rejected_with_the_world_locked_before_the_conversations(tendering: Tendering) -> None:
+    tendering.submit(STORED)
+    tendering.run(1.0)
+    locked: list[str] = []
+
+    def note(_connection: object, _cursor: object, statement: str, *_: object) -> None:
+        if "FOR UPDATE" in statement:
+            locked.extend(table for table in ("FROM worlds", "FROM conversations") if table in statement)
+
+    event.listen(Engine, "before_cursor_execute", note)
+    with tendering.services.database.write() as session:
+        assert tendering.services.tenders is not None
+        tendering.services.tenders.release(session, session.get_one(GoalRow, GOAL))
+    event.remove(Engine, "before_cursor_execute", note)
+    assert locked[0] == "FROM worlds"
+    assert "FROM conversations" in locked
 
 
 def test_a_goal_whose_leg_no_robot_is_able_to_do_has_no_plan(
