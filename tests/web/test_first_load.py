@@ -74,7 +74,7 @@ def test_a_first_load_with_a_plan_fetches_no_more_than_its_budget(
 
 
 LOST = re.compile(r"\.(js|css)$")
-NOT_FETCHED = "This part of the page could not be fetched. Try again once the page is live."
+NOT_FETCHED = "This part of the page could not be fetched. Try again once the page is live, or reload it."
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ export function part(modules, ...styles) {
       return (await Promise.all([modules(), ...styles.map(fetchStyle)]))[0];
     } catch {
       fetched = null;
-      throw new Problem({ title: "The service cannot be reached", detail: "This part of the page could not be fetched. Try again once the page is live." });
+      throw new Problem({ title: "The service cannot be reached", detail: "This part of the page could not be fetched. Try again once the page is live, or reload it." });
     }
   };
   return () => (fetched ??= fetchAll());
