@@ -140,7 +140,8 @@ class SocialMemory(Checked):
     it puts to others, and the legs that it has withdrawn.
 
     A mind that is handed over to another program has the conversations, too: those that are open, and the last ones
-    that have ended, so that what is repeated is not taken twice; bids; and what persons have asked for.
+    that have ended, so that what is repeated is not taken twice; bids, and the scripts of awards that were withdrawn
+    (`withdrawn`) and may still arrive; and what persons have asked for.
     """
 
     owed: tuple[OwedClearance, ...] = ()
@@ -149,4 +150,5 @@ class SocialMemory(Checked):
     withdrawals: tuple[WithdrawalMemory, ...] = ()
     conversations: tuple[ConversationMemory, ...] = ()
     bids: tuple[BidMemory, ...] = ()
+    withdrawn: tuple[str, ...] = ()
     requests: tuple[PersonsRequestMemory, ...] = ()

@@ -75,6 +75,8 @@ class Bidding:
         self._conversations = conversations
         self._answer = answer
         self._bids: OrderedDict[str, _Bid] = OrderedDict()
+        self._withdrawn: OrderedDict[str, None] = OrderedDict()
+        """Scripts that must not be begun, though their awards may arrive later."""
 
     def register(self, on: Callable[[Performative, str, Handler], None]) -> None:
         """:param on: `SocialLevel.on`."""
@@ -126,6 +128,7 @@ class Bidding:
         """Stop at a leg that was awarded: `withdrawn(SCRIPT)`."""
         script_id = next(iter(heard.content.words), "")
         if script_id.startswith(f"{AWARDED}{heard.sender}:"):
+            remember(self._withdrawn, script_id, None)
             robot.withdraw(script_id)
             for bid in self._bids.values():
                 bid.is_told |= bid.script_id == script_id
@@ -183,8 +186,15 @@ class Bidding:
             if not bid.is_own
         )
 
-    def recall_bids(self, bids: Iterable[tuple[BidMemory, Heard | None]]) -> None:
+    def withdrawals(self) -> tuple[str, ...]:
+        """The last scripts that were withdrawn from this robot."""
+        return tuple(self._withdrawn)
+
+    def recall_bids(
+        self, bids: Iterable[tuple[BidMemory, Heard | None]], withdrawn: Iterable[str] = ()
+    ) -> None:
         """Go on with them; each with its award, understood again."""
+        self._withdrawn = OrderedDict.fromkeys(withdrawn)
         for one, award in bids:
             self._bids[one.key] = _Bid(
                 leg=one.leg,
@@ -220,6 +230,8 @@ class Bidding:
             return f"{script.id} has other packets than the call for {bid.leg}"
         if robot.state_of(script.id) is not None:
             return f"{script.id} was awarded before"
+        if script.id in self._withdrawn:
+            return f"{script.id} was withdrawn before it arrived"
         return None
 
     def rejected(self, heard: Heard, robot: Situated) -> None:

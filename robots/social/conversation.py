@@ -122,6 +122,13 @@ class Conversation:
         """True if the partner repeats what it has said."""
         return message.id in self._heard
 
+    def is_past(self, message: Message) -> bool:
+        """True for what opens a conversation, once this one has gone on: a late copy that is not known since a power
+        failure.
+        """
+        opened = self.protocol.opens.get(message.performative)
+        return self.side is Side.PARTICIPANT and opened is not None and opened != self.state
+
     def note_repeated(self, message: Message) -> None:
         """The partner has repeated what it said: it has heard what this side said last, and is not done yet."""
         if self.side is Side.INITIATOR and message.id == self.last_heard and self.last_said is not None:

@@ -271,6 +271,7 @@ class Delegating:
             robot.end_delegated(winner)
             return
         if conversation.state != ContractNetState.FAILED or answer is None:
+            self._stop(state, conversation, now_s)
             why = f"{winner}, which was awarded it, has not told its end: {conversation.state}"
             self._give_up(leg, robot, why, DelegationState.UNHEARD, winner)
             return
@@ -302,13 +303,17 @@ class Delegating:
         """The script has ended otherwise: who does the leg is to stop."""
         self._state = None
         self._calls = ()
-        if self._awarded is not None and not self._awarded.has_ended and state.award is not None:
+        if self._awarded is not None and not self._awarded.has_ended:
             self._awarded.cancel()
-            script_id = f"{AWARDED}{self._name}:{state.script_id}:{state.leg}:{state.count - 1}"
-            until_s = self._awarded.reply_by_s or now_s
-            robot = state.award.receiver
-            self._withdraw(WithdrawalMemory(robot=robot, script_id=script_id, until_s=until_s))
+            self._stop(state, self._awarded, now_s)
         self._awarded = None
+
+    def _stop(self, state: DelegationMemory, awarded: Conversation, now_s: float) -> None:
+        """Have the robot that was awarded the leg stop; it does so by itself once its time is over."""
+        until_s = awarded.reply_by_s
+        if until_s is not None and now_s < until_s:
+            script_id = f"{AWARDED}{self._name}:{state.script_id}:{state.leg}:{state.count - 1}"
+            self._withdraw(WithdrawalMemory(robot=awarded.partner, script_id=script_id, until_s=until_s))
 
     def _withdraw(self, one: WithdrawalMemory) -> None:
         """Tell a robot to stop, until it has confirmed it or has stopped by itself, also after a power failure."""

@@ -255,6 +255,7 @@ class SocialLevel:
         more = {
             "conversations": tuple(one.memory() for one in known if not one.has_ended or one in ended),
             "bids": self._bidding.bids(),
+            "withdrawn": self._bidding.withdrawals(),
             "requests": self._persons.memory(),
         }
         return self.memory().model_copy(update=more)
@@ -266,10 +267,11 @@ class SocialLevel:
         self._delegating.recall(memory.delegation, memory.withdrawals)
         for one in memory.conversations:
             self._recall_conversation(one)
-        self._bidding.recall_bids(
+        bids = (
             (one, None if one.award is None else self._heard_before(one.award, one.awarded_s))
             for one in memory.bids
         )
+        self._bidding.recall_bids(bids, memory.withdrawn)
         self._persons.recall((one, self._heard_before(one.message, one.at_s)) for one in memory.requests)
 
     def _recall_conversation(self, memory: ConversationMemory) -> None:
@@ -305,8 +307,8 @@ class SocialLevel:
                 handler = self._handler(heard)
                 reply = _confirmed(heard, known) if handler is None else handler(heard, robot)
             else:
-                if known.has_ended:
-                    return  # its time is over, or its answers have overtaken each other
+                if known.has_ended or known.is_past(message):
+                    return  # its time is over, or messages have overtaken each other
                 known.hear(message)
                 if known.is_of_rules:
                     self._listener(heard)

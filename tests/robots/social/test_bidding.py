@@ -6,13 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from robots.executive.delegation import AWARDED
 from robots.executive.offer import DEFECT_S, Declining, Offer
 from robots.executive.upkeep import recharge
 from robots.perception.health import Defect
 from robots.physical.body import Pose
 from robots.social import Heard, Term
+from robots.social.bidding import WITHDRAWN
 from robots.social.legs import bid_of, call_of, leg_of, offer_of
-from robots.social.protocols import CONTRACT_NET
+from robots.social.protocols import CONTRACT_NET, INFORM
 from robots.social.terms import ContentError, parse_term
 from robots.wire import BehaviourPacket, ControlVerb, Performative
 from tests.robots.social.talkers import Air, Talker
@@ -263,6 +265,21 @@ def test_an_award_of_another_leg_is_not_understood() -> None:
     auction.bid(*CARRY)
     auction.award("award(leg_9, s1)")
     assert auction.heard[-1].performative is Performative.NOT_UNDERSTOOD
+
+
+def test_a_withdrawn_leg_is_not_begun_in_another_program_either() -> None:
+    auction = Auction()
+    auction.bid(*CARRY)
+    one = script("fred", *CARRY, name=f"{AWARDED}ginger:s1:leg_1:0")
+    withdrawn = Term(WITHDRAWN, (one.id,))
+    auction.ginger.social.say(Performative.INFORM, "fred", withdrawn, protocol=INFORM, within_s=60.0)
+    auction.air.run_for(2.0)
+    auction.fred.hand_over()
+    (call,) = [each for each in auction.ginger.social.conversations if each.protocol is CONTRACT_NET]
+    award = Term("award", ("leg_1", one.id))
+    auction.ginger.social.say_in(call, Performative.ACCEPT_PROPOSAL, award, within_s=60.0, script=one)
+    auction.air.run_for(2.0)
+    assert "was withdrawn before it arrived" in auction.last
 
 
 @pytest.mark.parametrize("seed", range(8))

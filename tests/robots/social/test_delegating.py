@@ -87,6 +87,9 @@ class Field:
         self.garble: Callable[[Message], Message] = lambda message: message
         """What becomes of a robot's message to another on its way."""
         self.mute: set[str] = set()
+        self.award_delay_s = 0.0
+        """How long awards are on their way."""
+        self._under_way: list[tuple[float, Message]] = []
         self.alone = frozenset(alone)
         self.heard: dict[str, Message] = {}
         self.end: ScriptReport | None = None
@@ -160,12 +163,19 @@ class Field:
 
     def tick(self) -> None:
         self.world.tick()
+        now_s = self.world.clock.now_s()
+        for _, message in [one for one in self._under_way if one[0] <= now_s]:
+            self.ends[message.receiver].send(message)
+        self._under_way = [one for one in self._under_way if one[0] > now_s]
         for name, end in self.ends.items():
             for message in end.receive():
                 if message.receiver in self.ends:
                     message = self.garble(message)  # noqa: PLW2901
                     self.said.append(message)
-                    if not {name, message.receiver} & self.mute:
+                    is_award = message.performative is Performative.ACCEPT_PROPOSAL
+                    if is_award and self.award_delay_s:
+                        self._under_way.append((now_s + self.award_delay_s, message))
+                    elif not {name, message.receiver} & self.mute:
                         self.ends[message.receiver].send(message)
                     continue
                 self.heard[message.id] = message
@@ -374,6 +384,62 @@ def test_who_does_the_leg_is_told_to_stop_though_the_power_fails_in_between() ->
     field.go_on(5.0)
     states = field.world.agents["ginger"].memory().mind.executive.states
     assert [state for name, state in states.items() if name.startswith(AWARDED)] == [ScriptState.CANCELLED]
+    assert not field.world.agents["fred"].memory().mind.social.withdrawals, "it has confirmed it"
+
+
+def test_a_leg_that_is_withdrawn_before_its_award_arrives_is_not_begun() -> None:
+    field = jammed("fred", "ginger")
+    field.award_delay_s = 6.0
+    one = mission("ginger")
+    field.order(one)
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.send("fred", Control(script_id=one.id, verb=ControlVerb.CANCEL), Performative.CANCEL)
+    field.go_on(3.0)
+    assert not field.world.agents["fred"].memory().mind.social.withdrawals, "it has confirmed it"
+    field.go_on(10.0)
+    assert awarded_states(field, "ginger") == []
+
+
+def awarded_states(field: Field, name: str) -> list[ScriptState]:
+    """Of the scripts by which a robot does legs of others."""
+    states = field.world.agents[name].memory().mind.executive.states
+    return [state for script_id, state in states.items() if script_id.startswith(AWARDED)]
+
+
+def test_a_late_copy_of_the_call_does_not_end_a_leg_that_goes_on_after_a_power_failure() -> None:
+    field = jammed("fred", "ginger")
+    field.order(mission("ginger"))
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.go_on(2.0)
+    call = next(one for one in field.said if one.performative is Performative.CFP)
+    field.restart("ginger")
+    field.go_on(1.0)
+    field.ends["ginger"].send(call)
+    assert field.until(200.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.DONE]
+
+
+def test_who_ends_an_award_before_its_time_without_telling_how_far_it_came_is_stopped() -> None:
+    field = jammed("fred", "ginger")
+    field.order(mission("ginger"))
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.go_on(2.0)
+    award = next(one for one in field.said if one.performative is Performative.ACCEPT_PROPOSAL)
+    assert isinstance(award.body, SpeechAct)
+    field.ends["fred"].send(
+        Message(
+            performative=Performative.NOT_UNDERSTOOD,
+            sender="ginger",
+            receiver="fred",
+            sent_at_s=field.world.clock.now_s(),
+            in_reply_to=award.id,
+            body=award.body.model_copy(update={"content": "reason(noise)", "script": None}),
+        )
+    )
+    assert field.until(5.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.UNHEARD]
+    field.go_on(5.0)
+    assert awarded_states(field, "ginger") == [ScriptState.CANCELLED]
     assert not field.world.agents["fred"].memory().mind.social.withdrawals, "it has confirmed it"
 
 
