@@ -28,6 +28,7 @@ from robots.deliberative.program import (
     parts_of,
     plans_of,
 )
+from robots.deliberative.steps import TIMEOUT, WAIT_TIMEOUT
 from robots.deliberative.syntax import refusal
 from robots.deliberative.terms import (
     NOT,
@@ -48,7 +49,7 @@ from robots.errors import RuleError
 from robots.repertoire import PacketSpec, Repertoire
 from robots.repertoire.parameters import LIMITS
 
-OWN_FIELDS = ("timeout_s", "wait_timeout_s")
+OWN_FIELDS = (TIMEOUT, WAIT_TIMEOUT)
 """Of a packet itself, which a rule may set beside its arguments."""
 TARGET = ("object", "x", "y")
 
@@ -255,6 +256,9 @@ class _Lint:
                 near = get_close_matches(choice, PERFORMATIVES, n=1)
                 way_out = f"did you mean {near[0]}?" if near else f"choices: {', '.join(PERFORMATIVES)}"
                 yield Fault(one.place, f"unknown performative {choice}; {way_out}")
+        elif limited := ", ".join(sorted(self._file.actuators.get("say", ()))):
+            way_out = f"write one of ACTUATOR say({limited}), or ACTUATOR say for all"
+            yield Fault(one.place, f"{shown(one.performative)} may be any performative; {way_out}")
         yield from self._declared("say", choice, one.place)
 
     def _call(self, one: RunPlan) -> Iterator[Fault]:
@@ -288,6 +292,8 @@ class _Lint:
                     near = get_close_matches(name, sorted(known), n=1)
                     way_out = f"did you mean {near[0]}?" if near else f"it has {', '.join(sorted(known))}"
                     yield Fault(one.place, f"{one.tag} has no parameter {name}; {way_out}")
+                elif name in OWN_FIELDS and is_ground(value) and not isinstance(value, float | int):
+                    yield Fault(one.place, f"{one.tag}: {name} = {shown(value)} is no number of seconds")
                 elif name in parameters and is_ground(value):
                     try:
                         parameters[name].read(shown(value))

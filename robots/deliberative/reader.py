@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from itertools import count
+from math import isfinite
 from pathlib import Path
 
 from robots.deliberative.costs import MEASURES, PRODUCT, SUM
@@ -347,6 +348,8 @@ class _Reader:
         match node.kind:
             case "number" | "minus":
                 number = float(node.parts[0].word)
+                if not isfinite(number):
+                    raise _Refused(node.place, f"{node.parts[0].word} is too large for a number")
                 return -number if node.kind == "minus" else number
             case "string":
                 return re.sub(r"\\(.)", lambda found: found[1].replace("n", "\n"), node.parts[0].word[1:-1])

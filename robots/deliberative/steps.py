@@ -162,6 +162,11 @@ class _Packet:
         given = {name: substitute(value, bindings) for name, value in step.arguments}
         limits = {name: given.pop(name) for name in (TIMEOUT, WAIT_TIMEOUT) if name in given}
         numbers = {name: value for name, value in limits.items() if isinstance(value, float | int)}
+        self._faults = [
+            f"{step.tag}: {name} = {shown(value)} is no number of seconds"
+            for name, value in limits.items()
+            if name not in numbers
+        ]
         self._wanted = Activation(
             agent=means.agent,
             tag=step.tag,
@@ -178,6 +183,8 @@ class _Packet:
     def advance(self, now_s: float) -> Outcome | None:
         if self._attempt is not None:
             return self._attempt.outcome
+        if self._faults:
+            return Outcome(False, "; ".join(self._faults))
         begun = self._actuators.activate(self._wanted)
         if begun is not None and self._wanted.claim is not None:
             self._wanted.claim.has_begun = True

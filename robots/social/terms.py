@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import isfinite
 
 from robots.errors import RobotError
 
@@ -108,7 +109,12 @@ def _term(tokens: _Tokens, depth: int) -> Term:
 
 
 def _argument(tokens: _Tokens, depth: int) -> Argument:
-    return float(tokens.take()) if tokens.kind == "number" else _term(tokens, depth + 1)
+    if tokens.kind != "number":
+        return _term(tokens, depth + 1)
+    if not isfinite(number := float(tokens.text)):
+        raise ContentError(f"column {tokens.at + 1}: {tokens.text} is too large for a number")
+    tokens.take()
+    return number
 
 
 def _name(tokens: _Tokens) -> str:

@@ -249,6 +249,18 @@ def test_rules_do_not_act_on_the_drive_of_an_operator(content: str) -> None:
     assert ended.words == "TELEOPERATE is of no script of the service"
 
 
+def test_a_packet_whose_time_limit_is_no_number_is_not_run() -> None:
+    rover = Rover(
+        HEAD
+        + "BELIEF(message(request, ?_, turn(?s))) => COMMIT(activate(TURN_LEFT(angle_rad: 1, timeout_s: ?s)));"
+    )
+    rover.tell(Term("turn", ("soon",)))
+    rover.run_for(0.5)
+    (ended,) = rover.mind.agents[0].ended
+    assert ended.words == "TURN_LEFT: timeout_s = soon is no number of seconds"
+    assert rover.service.upkeep == []
+
+
 def test_a_leg_that_was_given_up_before_it_had_begun_ends_once_another_robot_has_done_it() -> None:
     rover = Rover(HEAD + "BELIEF(doing(NAVIGATE)) => COMMIT(giveUp(never));", speaks=True)
     rover.order_delegable()

@@ -112,6 +112,12 @@ def test_all_faults_of_a_file_are_named_with_line_and_column() -> None:
             "BELIEF(startup) => COMMIT(activate(TURN_LEFT(angle_rad: 99)));",
             "angle_rad = 99 is not within 0 to",
         ),
+        (
+            "BELIEF(startup) => COMMIT(activate(STOP(timeout_s: soon)));",
+            "3:27: STOP: timeout_s = soon is no number of seconds",
+        ),
+        ("BELIEF(startup) => COMMIT(Self, Now + 1e999, suspend());", "3:39: 1e999 is too large for a number"),
+        ("BELIEF(at(-1e999));", "3:11: 1e999 is too large for a number"),
         ("BELIEF(startup) => COMMIT(activate(SEEK_CHARGER()));", "SEEK_CHARGER lacks the argument ref2"),
         ("BELIEF(startup) => COMMIT(retry());", "3:27: retry is not declared; add ACTUATOR retry;"),
         (
@@ -142,6 +148,14 @@ def test_an_actuator_may_be_limited_to_some_packets_and_performatives() -> None:
         RuleError, match=r"a.rules:3:27: WANDER is not among those of ACTUATOR activate\(STOP\)"
     ):
         check([rules_of(text, "a.rules")], load_repertoire())
+
+
+def test_what_is_said_is_named_where_performatives_are_limited() -> None:
+    text = "AGENT a;\nACTUATOR say(inform, agree);\nBELIEF(message(?p, ?who, ?what)) => COMMIT(say(?p, ?who, ?what));\n"
+    words = r"a.rules:3:44: \?p may be any performative; write one of ACTUATOR say\(agree, inform\), or ACTUATOR say"
+    with pytest.raises(RuleError, match=words):
+        check([rules_of(text, "a.rules")], load_repertoire())
+    check([rules_of(text.replace("say(inform, agree)", "say"), "a.rules")], load_repertoire())
 
 
 def test_the_files_of_one_agent_are_checked_together() -> None:

@@ -34,6 +34,7 @@ def test_a_term_is_read_as_it_was_written(term: Term) -> None:
         ("ended(a5) a6", "column 11: expected the end, found a6"),
         ("ended(a5; a6)", "column 9: '; a6)' is no part of a term"),
         ("7", "column 1: expected a name, found 7"),
+        ("turn(-1e999)", "column 6: -1e999 is too large for a number"),
         ('say("\\q")', "column 5"),
         ('say("a\\u0000")', "column 5: text with a NUL"),
         ('say("a\\ud800")', "column 5: text with a NUL or a lone surrogate"),
