@@ -41,6 +41,9 @@ def generate(
     samples: Annotated[int, typer.Option(min=0, help="Count; aisles and robots follow from it.")] = 4,
     compartments: Annotated[int, typer.Option(min=2, help="Count: the yard and the stores behind it.")] = 2,
     bay_capacity: Annotated[int, typer.Option(min=1, max=100, help="Samples that fit in each bay.")] = 1,
+    in_phases: Annotated[
+        bool, typer.Option("--in-phases", help="Robots hold a place only while they use it.")
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the samples' places.")] = 0,
     out: Annotated[Path | None, typer.Option(help="File to write (default: standard output).")] = None,
 ) -> None:
@@ -59,7 +62,7 @@ def generate(
     with reported_errors():
         try:
             shape = store_shape(samples=samples, compartments=compartments, **given)
-            text = world_yaml(generate_world(shape, seed=seed))
+            text = world_yaml(generate_world(shape, seed=seed, in_phases=in_phases))
         except StoreShapeError as error:
             raise Invalid(f"a store with these options cannot be generated: {error}") from error
         _write(text, out)

@@ -373,7 +373,7 @@ class MissionReports:
             self._contradictions.note(session, mission, subject.scripts)
         if report.state is PacketState.FINISHED:
             self._actions_ended(session, [report.packet_id], report.at_s, subject)
-            learn(session, mission.world, script, report.packet_id, known)
+            learn(session, mission.world, script, report.packet_id)
         self._events.append(
             session,
             PacketReported(

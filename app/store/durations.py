@@ -21,24 +21,35 @@ def learned_durations(session: Session, world: str) -> Durations:
     return {(row.action, row.team): _learned(row) for row in session.scalars(query)}
 
 
-def learn(session: Session, world: str, script: ScriptRow, packet_id: str, times: Mapping[str, Any]) -> None:
-    """Learn from how long a finished packet ran; the caller passes each packet once.
+def learn(session: Session, world: str, script: ScriptRow, packet_id: str) -> None:
+    """Learn from how long a finished packet ran; the caller passes each packet once, when its times are recorded.
 
     Waiting for its sensor pre-conditions does not count. Scripts that were ever ordered to pause or stop are ignored:
-    how long their robots stood still is not known exactly.
-
-    :param times: the packet's `started_at_s` (None if its start was never reported) and `finished_at_s`.
+    how long their robots stood still is not known exactly. Of an action in phases it learns at the end of the last one,
+    from all together: times within actions are not scaled by what is learned.
     """
-    started_s = times.get("started_at_s")
-    finished_s = times["finished_at_s"]
-    if script.orders or started_s is None or finished_s <= started_s:
-        return
     plan = session.get_one(PlanRow, script.plan_id)
-    action = next(action for action in plan.body["actions"] if action["id"] == packet_id)
+    actions = {action["id"]: action for action in plan.body["actions"]}
+    action = actions[packet_id]
+    if script.orders or action.get("phase", 0) != action.get("phases", 0):
+        return
+    order = [packet["id"] for packet in script.body["packets"]]
+    last = order.index(packet_id) + 1
+    parts = order[max(0, last - max(1, action.get("phases", 0))) : last]
+    spans = [_span_s(script.packets.get(one, {})) for one in parts]
+    if len(parts) < action.get("phases", 0) or not all(spans):
+        return
     kind = (action["tag"], len(action["agents"]))
     # The plan's durations were scaled by factors learned before; the ratio is to the knowledge base's durations.
-    expected_s = action["duration_s"] / plan.duration_factors.get(key_of(kind), 1.0)
-    _add(session, world, kind, (finished_s - started_s) / expected_s)
+    planned_s = sum(actions[one]["duration_s"] for one in parts)
+    expected_s = planned_s / plan.duration_factors.get(key_of(kind), 1.0)
+    _add(session, world, kind, sum(spans) / expected_s)
+
+
+def _span_s(times: Mapping[str, Any]) -> float:
+    """How long a packet ran; 0 if its start or end was never reported."""
+    started_s, finished_s = times.get("started_at_s"), times.get("finished_at_s")
+    return 0.0 if started_s is None or finished_s is None else max(0.0, finished_s - started_s)
 
 
 def key_of(kind: Kind) -> str:

@@ -61,7 +61,7 @@ def fault_of(
         whole = knowledge_base.ground(
             action.tag, action.arguments, problem.functions, objects=problem.objects
         )
-        known = knowledge_base.phases_of(whole)[action.phase - 1] if action.phase else whole
+        known = knowledge_base.phase_of(whole, action.phase) if action.phase else whole
         slots = ("preconditions", "deletes", "intended_effects", "other_effects", "agents", "duration_s")
         if wrong := [slot for slot in slots if getattr(known, slot) != getattr(action, slot)]:
             return f"{action.id} {action.tag} has not the knowledge base's {wrong[0]}"

@@ -28,7 +28,7 @@ def complete_plan_net(
     :raises InvalidPlan: if the sequence does not reach the goals or the plan-net is faulty: an engine's or our
         own mistake.
     """
-    phases = [phase for action in sequence for phase in knowledge_base.phases_of(action)]
+    phases = [phase for action in sequence for phase in knowledge_base.phases_of(action, problem.facts)]
     order = extract(phases, problem.facts, problem.goals, problem.stages)
     recruitment = recruitment_of(order.actions, statics)
     plan_net = assemble(order, problem.goals, knowledge_base, recruitment, deadlines_s=problem.deadlines_s)

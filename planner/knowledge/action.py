@@ -83,7 +83,10 @@ PLAIN = VariantSpec()
 
 class ActionSpec(Slot):
     """A plan-net action with all the slots of table 3; and, our own, its variants, and what one of its robots drives in
-    metres and uses in joules."""
+    metres and uses in joules.
+
+    phases_when: static facts without which the times within it do not count: its agent then carries it out as one.
+    """
 
     identifier: int = Field(ge=1)
     name: Tag
@@ -95,6 +98,7 @@ class ActionSpec(Slot):
     delete: tuple[str, ...]
     intended_effects: tuple[str, ...] = Field(min_length=1)
     other_effects: tuple[str, ...]
+    phases_when: tuple[str, ...] = ()
     duration: Formula
     distance: Formula = "0"
     energy: Formula = "0"

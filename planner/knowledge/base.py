@@ -91,8 +91,13 @@ class KnowledgeBase:
 
     @property
     def steps(self) -> tuple[Operator, ...]:
-        """The operators, each that has phases replaced by these."""
-        return tuple(step for op in self.operators for step in self.phases.get(op.name, (op,)))
+        """The operators, each that has phases replaced by these, or beside these if some agents lack them."""
+        return tuple(step for op in self.operators for step in self.steps_of(op))
+
+    def steps_of(self, op: Operator) -> tuple[Operator, ...]:
+        """The operator or its phases; both if only some agents have these."""
+        phases = self.phases.get(op.name, ())
+        return (*(() if phases and not op.phases_when else (op,)), *phases)
 
     @cached_property
     def under_way(self) -> frozenset[str]:
@@ -106,15 +111,46 @@ class KnowledgeBase:
             under_way_predicate(action, phase.number) for phase in max(mine, key=len, default=())[:-1]
         )
 
-    def phases_of(self, action: GroundAction) -> tuple[GroundAction, ...]:
-        """What stands for the action in a plan-net: its phases, or itself if it has none or is one."""
+    def phased_for(self, facts: Iterable[Fact]) -> frozenset[str]:
+        """The operators of which some agent may have phases, by these facts."""
+        asked = {one.predicate for op in self.operators for one in op.phases_when}
+        known = {(fact.predicate, arg) for fact in facts if fact.predicate in asked for arg in fact.args}
+        named = {
+            op.name: {(one.predicate, term) for one in op.phases_when for term in one.terms}
+            for op in self.operators
+        }
+        return frozenset(
+            op.name
+            for op in self.operators
+            if op.name in self.phases
+            and all(one in known for one in named[op.name] if one[1] not in op.parameters)
+        )
+
+    def phases_of(self, action: GroundAction, facts: Container[Fact]) -> tuple[GroundAction, ...]:
+        """What stands for the action in a plan-net: its phases, or itself if it has none, is one, or is too short.
+
+        :param facts: among them the static ones that say whose actions have phases.
+        """
         if action.phase or action.under_way or not self.phases:
             return (action,)
         found = self.operator_of(action)
         if found is None or found[0].name not in self.phases:
             return (action,)
         op, binding = found
-        return tuple(ground_phase(action, phase, binding) for phase in self.phases[op.name])
+        phases = self.phases[op.name]
+        if any(one.ground(binding) not in facts for one in op.phases_when) or not phases[0].share.fits(
+            action.duration_s
+        ):
+            return (action,)
+        return tuple(ground_phase(action, phase, binding) for phase in phases)
+
+    def phase_of(self, action: GroundAction, number: int) -> GroundAction | None:
+        """One of a whole action's phases, however short the action is now; None if it has none of this number."""
+        found = self.operator_of(action)
+        phases = () if found is None else self.phases.get(found[0].name, ())
+        if found is None or not 0 < number <= len(phases):
+            return None
+        return ground_phase(action, phases[number - 1], found[1])
 
     def changes_of(self, action: GroundAction) -> tuple[Sequence[Fact], Sequence[Fact]]:
         """What the whole action deletes and brings about of which this is one, or a phase."""

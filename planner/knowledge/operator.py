@@ -12,7 +12,14 @@ from functools import cached_property
 from itertools import combinations, product
 
 from planner.fact import Fact
-from planner.knowledge.action import LITERAL_SLOTS, USUAL_SPANS, ActionSpec, VariantSpec
+from planner.knowledge.action import (
+    LITERAL_SLOTS,
+    PRECONDITIONS,
+    USUAL_SPANS,
+    ActionSpec,
+    VariantSpec,
+    read_timed,
+)
 from planner.knowledge.expression import Expression, Functions, scale_term
 from planner.knowledge.literal import Literal
 from planner.knowledge.schema import DISTANCE, DURATION, TIME
@@ -83,6 +90,8 @@ class Operator:
     energy: Expression
     spans: Mapping[str, Mapping[Literal, Span]] = field(default_factory=dict)
     """By slot, when literals concern the action that say so."""
+    phases_when: tuple[Literal, ...] = ()
+    """Static facts without which it has no phases."""
 
     @cached_property
     def distinct(self) -> tuple[tuple[str, str], ...]:
@@ -232,6 +241,7 @@ def _operator(
         distance=Expression.parse(spec.distance),
         energy=Expression.parse(spec.energy),
         spans={slot: unusual for slot in timed if (unusual := _unusual(slot, timed[slot]))},
+        phases_when=tuple(_expand(read_timed(PRECONDITIONS, spec.phases_when), chosen, teams)),
     )
 
 

@@ -5,9 +5,10 @@ its end, as any plan-net action; `under_way_…` facts chain them, so that a rob
 begun. Whatever orders, validates, executes or repairs plan-nets needs no further rule: a coupling rests on a phase as
 on any action, and a robot that finds a place taken waits before the phase that needs it.
 
-Our choices: an action that is too short for the times at its start and end has them all shortened in proportion, so
-that they leave a tenth of it; a condition `at` the start or end holds through the first or last phase; an action of
-several robots has no phases, since each would wait for the other within it.
+Our choices: an action that is too short for the times at its start and end stays whole, which asks for no less; if it
+becomes so after it has begun, they are all shortened in proportion, so that they leave a tenth of it. A condition `at`
+the start or end holds through the first or last phase. An action of several robots has no phases, since each would wait
+for the other within it; nor has one of an agent for which the facts do not hold that it names (`phases_when`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -70,6 +71,10 @@ class Share:
     lead_s: float
     tail_s: float
 
+    def fits(self, whole_s: float) -> bool:
+        """Whether an action of this duration is long enough for its times."""
+        return MOST * whole_s >= self.lead_s + self.tail_s
+
     def seconds(self, whole_s: float) -> float:
         """Of an action of this duration; the shares of all phases add up to it."""
         return round(self._at(self.end, whole_s) - self._at(self.begin, whole_s), 3)
@@ -122,7 +127,7 @@ def _ground(literals: Sequence[Literal], binding: Mapping[str, str]) -> tuple[Fa
 
 
 def phases_of(op: Operator) -> tuple[Phase, ...]:
-    """The operator's phases; none if no time cuts it."""
+    """The operator's phases; none if no time cuts it. Each needs what the operator has phases only with."""
     intervals = _intervals(op)
     if len(intervals) < 2 or len(op.agents) != 1:
         return ()
@@ -137,7 +142,10 @@ def phases_of(op: Operator) -> tuple[Phase, ...]:
             parameters=op.parameters,
             chosen=op.chosen,
             teams=op.teams,
-            preconditions=(*chain[number - 2 : number - 1], *_needed(op, intervals, number - 1)),
+            preconditions=(
+                *chain[number - 2 : number - 1],
+                *dict.fromkeys((*_needed(op, intervals, number - 1), *op.phases_when)),
+            ),
             deletes=(*chain[number - 2 : number - 1], *_at(op, "delete", intervals, number - 1)),
             intended_effects=(
                 *_at(op, "intended_effects", intervals, number - 1),

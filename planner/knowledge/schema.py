@@ -14,6 +14,7 @@ from planner.knowledge.action import (
     ActionSpec,
     ParameterSpec,
     Slot,
+    Tag,
     VariantSpec,
     Word,
     span_in,
@@ -35,10 +36,10 @@ ANY = "any"
 
 
 class TypeSpec(Slot):
-    """A type; its constants are `values` or, with `action_names`, the actions' names."""
+    """A type; its constants are `values` and, with `action_names`, the actions' names."""
 
     parent: Word | None = None
-    values: tuple[Word, ...] = ()
+    values: tuple[Word | Tag, ...] = ()
     action_names: bool = False
 
 
@@ -120,7 +121,8 @@ class KnowledgeBaseFile(Slot):
 
     def constants(self, type_name: str) -> tuple[str, ...]:
         spec = self.types[type_name]
-        return tuple(action.name for action in self.actions) if spec.action_names else spec.values
+        names = (action.name for action in self.actions if spec.action_names)
+        return tuple(dict.fromkeys((*names, *spec.values)))
 
     def is_a(self, type_name: str, ancestor: str) -> bool:
         step: str | None = type_name
@@ -221,6 +223,8 @@ def _check_action(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> No
             _known("parameter", name, bound, f"{where}.distinct.{position}")
     types = {parameter.name: parameter.type for parameter in action.parameters}
     _check_literals(base, action, types, where)
+    for position, text in enumerate(action.phases_when):
+        _check_static(base, types, text, f"{where}.phases_when.{position}")
     for position, variant in enumerate(action.variants):
         _check_variant(base, action, variant, f"{where}.variants.{position}")
         _check_times(base, action, variant, where)
@@ -302,6 +306,16 @@ def _check_literals(
                 raise _at(place, str(error)) from error
             if slot != PRECONDITIONS or not _check_comparison(base, types, plain, place):
                 _check_literal(base, types, plain, place)
+
+
+def _check_static(base: KnowledgeBaseFile, types: Mapping[str, str], text: str, where: str) -> None:
+    _check_literal(base, types, text, where)
+    predicate = Literal.parse(text).predicate
+    changes = ("delete", "intended_effects", "other_effects")
+    for action in base.actions:
+        for variant in action.variants:
+            if any(one.predicate == predicate for slot in changes for one in action.literals(slot, variant)):
+                raise _at(where, f"{action.name} changes {predicate}; only what no action changes decides it")
 
 
 def _check_comparison(base: KnowledgeBaseFile, types: Mapping[str, str], text: str, where: str) -> bool:

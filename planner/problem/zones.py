@@ -46,10 +46,10 @@ def ground_action(
         raise KnowledgeBaseError(f"{plain}: {' and '.join(plain.agents)} would be in one zone at a time")
     if not phase:
         return whole
-    phases = knowledge_base.phases_of(whole)
-    if phase > len(phases) or len(phases) == 1:
+    found = knowledge_base.phase_of(whole, phase)
+    if found is None:
         raise KnowledgeBaseError(f"{whole} has no phase {phase}")
-    return phases[phase - 1]
+    return found
 
 
 def with_zones(

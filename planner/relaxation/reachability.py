@@ -86,6 +86,7 @@ def _network_of(
         frozenset(problem.objects.items()),
         frozenset(goal.predicate for goal in problem.goals),
         frozenset(observed),
+        knowledge_base.phased_for(problem.facts),
         with_functions=with_functions,
         is_chained=any(fact.predicate in knowledge_base.under_way for fact in problem.facts),
     )
@@ -97,12 +98,15 @@ def _network(
     objects: frozenset[tuple[str, str]],
     goal_predicates: frozenset[str],
     observed: frozenset[str],
+    phased: frozenset[str],
     *,
     with_functions: bool,
     is_chained: bool,
 ) -> Network:
     """The rules compiled for these objects: whatever their facts, problems of a world share it."""
-    rules = rules_of(knowledge_base, goal_predicates, with_functions=with_functions, is_chained=is_chained)
+    rules = rules_of(
+        knowledge_base, goal_predicates, phased, with_functions=with_functions, is_chained=is_chained
+    )
     whole = {*observed, *(GOAL + predicate for predicate in goal_predicates)}
     kept = positions_needed(rules, knowledge_base, whole)
     return Network(

@@ -33,6 +33,7 @@ class Rule:
 def rules_of(
     knowledge_base: KnowledgeBase,
     goal_predicates: Collection[str],
+    phased: Collection[str],
     *,
     with_functions: bool = True,
     is_chained: bool = False,
@@ -41,10 +42,11 @@ def rules_of(
 
     An effect within an action takes only what the action needs up to then.
 
+    :param phased: the operators of which phases count.
     :param is_chained: True: also what some phase of an action brings about where one before it has ended already.
     """
     rules = []
-    steps = knowledge_base.steps if is_chained else _unchained(knowledge_base)
+    steps = knowledge_base.steps if is_chained else _unchained(knowledge_base, phased)
     for op in steps:
         body = (*op.preconditions, *(_defined(op) if with_functions else ()))
         heads = [*op.intended_effects, *op.other_effects]
@@ -61,12 +63,15 @@ def rules_of(
     return rules
 
 
-def _unchained(knowledge_base: KnowledgeBase) -> Iterator[Operator]:
+def _unchained(knowledge_base: KnowledgeBase, phased: Collection[str]) -> Iterator[Operator]:
     """The operators; phases with what those before them need, instead of what shows that these have ended."""
     chaining = knowledge_base.under_way
     for op in knowledge_base.operators:
         needs: dict[Literal, None] = {}
-        for step in knowledge_base.phases.get(op.name, (op,)):
+        for step in knowledge_base.steps_of(op) if op.name in phased else (op,):
+            if step is op:
+                yield op
+                continue
             needs |= dict.fromkeys(one for one in step.preconditions if one.predicate not in chaining)
             intended = tuple(one for one in step.intended_effects if one.predicate not in chaining)
             yield replace(step, preconditions=tuple(needs), intended_effects=intended)

@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from robots.data import NamedVariant
 from robots.errors import SensorOff
 from robots.perception.health import Defect
+from robots.perception.holding_off import hold_off_point
 from robots.perception.obstacles import Obstacles
 from robots.perception.progress import NO_PROGRESS, Progress
 from robots.perception.sensing import MutualDataStore
 from robots.perception.tracking import Cursor
 from robots.physical.body import GRIPPER_REACH_M, NOTHING_MEASURED, Gripper, Pose, Sensor
-from robots.physical.geometry import to_robot, wrap
+from robots.physical.geometry import to_robot, to_world, wrap
 from robots.physical.profile import RobotProfile
 from robots.physical.sightings import Sightings
 from robots.physical.stand_off import STAND_OFF_M
@@ -51,6 +52,8 @@ REMEMBERED_S = 5.0
 FRESH_S = 1.0
 """How long another robot that is out of view is assumed to stand where it was."""
 HANDLE_OF = "@"
+HOLD_OFF = "@off"
+"""After the name of a place: the place as approached by a robot that holds off it."""
 STANDS_AT_M = 0.5
 """A robot this near to a handle stands at it."""
 
@@ -199,6 +202,8 @@ class Percepts:
         return at
 
     def _locate(self, identity: str) -> complex | None:  # noqa: PLR0911
+        if identity.endswith(HOLD_OFF):
+            return self.locate(identity.removesuffix(HOLD_OFF))
         if HANDLE_OF in identity:
             return self._handle(identity)
         if identity == self.holding and identity not in self.profile.lengths_m:
@@ -237,13 +242,20 @@ class Percepts:
         return min(axes, key=lambda angle: abs(wrap(angle - mine)))
 
     def approach_point(self, place: str) -> complex | None:
-        """The point `near` a place: on the emitting axis, at the stand-off from the beacon."""
+        """The point `near` a place: on the emitting axis, at the stand-off from the beacon; or where to hold off it."""
         return self.once(("near", place), lambda: self._approach_point(place))
 
     def _approach_point(self, place: str) -> complex | None:
+        if place.endswith(HOLD_OFF):
+            return self._hold_off_point(place.removesuffix(HOLD_OFF))
         beacon = self.locate(place)
         axis = self.axis(place)
         return None if beacon is None or axis is None else beacon + rect(STAND_OFF_M, axis)
+
+    def _hold_off_point(self, place: str) -> complex | None:
+        robots = (to_world(self.pose, at) for _, at in self.robots_in_view())
+        point = hold_off_point(self.profile, place, to_world(self.pose, 0j), robots)
+        return None if point is None else to_robot(self.pose, point)
 
     def _handle(self, identity: str) -> complex | None:
         """A handle of a long object in view."""

@@ -25,6 +25,11 @@ class BeaconSpec:
     def point(self) -> complex:
         return complex(self.x_m, self.y_m)
 
+    @property
+    def approach_points(self) -> tuple[complex, ...]:
+        """Where a robot stands `near` it: one for each direction."""
+        return tuple(self.point + rect(STAND_OFF_M, angle) for angle in self.approach_rad)
+
 
 class Architecture(StrEnum):
     """How sensing and acting are scheduled."""

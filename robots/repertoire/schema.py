@@ -40,8 +40,9 @@ class PacketSpec(Checked):
     failure; `goal`, the place or thing that measures progress; `stalled_s`, how long without progress before a retry;
     `retries`, how often (None: no progress is asked for); `retry`, the patterns that act during one, for `retry_s`,
     without any those of the self level. `long`: the content of the tag when `object` is a long one,
-    whose handles are "$object@left", "@right" and "@free". In place of a pattern may stand `patterns_of`, all patterns
-    of another packet, with this packet's arguments. `results`: images and readings that it takes as it ends.
+    whose handles are "$object@left", "@right" and "@free"; "$place@off" is where to hold off a place. In place of a
+    pattern may stand `patterns_of`, all patterns of another packet, with this packet's arguments. `results`: images and
+    readings that it takes as it ends.
 
     SRA's: `parameters`, with the limits of every packet; `target`, an argument that is either an `object` or a
     way-point `x`, `y`; `events`; `avoid`, how obstacles are avoided: by the packet's `patterns`, or by a method of

@@ -15,6 +15,7 @@ import yaml
 
 from robots.world.berths import WIDEST_PITCH_M
 from robots.world.file import WorldFile
+from robots.world.parts import PHASE_TAGS, STORE_TAGS
 
 YARD_DEPTH_M = 4.2
 AISLE_WIDTH_M = 4.0
@@ -96,14 +97,20 @@ def store_shape(*, samples: int = 4, compartments: int = 2, **given: int | None)
     return StoreShape(samples=samples, compartments=compartments, **numbers)
 
 
-def generate_world(shape: StoreShape, *, seed: int = 0, name: str = "generated_store") -> WorldFile:
-    """The world of a shape. The seed decides where the samples lie: same shape and seed, same world."""
+def generate_world(
+    shape: StoreShape, *, seed: int = 0, name: str = "generated_store", in_phases: bool = False
+) -> WorldFile:
+    """The world of a shape. The seed decides where the samples lie: same shape and seed, same world.
+
+    :param in_phases: its robots drive in phases, and hold a place only while they use it.
+    """
     plan = _Plan(shape)
     places = [*plan.doors(), *plan.interchanges(), *plan.bays()]
     storing = [place for place in places if place["kind"] in ("door", "bay")]
     free = [place["name"] for place in storing for _ in range(place.get("capacity", 1))]
     lying = random.Random(seed).sample(free, shape.samples)
     robots = [*plan.yard_robots(), *plan.store_robots()]
+    repertoire = {"repertoire": (*STORE_TAGS, *PHASE_TAGS)} if in_phases else {}
     return WorldFile.model_validate(
         {
             "name": name,
@@ -111,7 +118,7 @@ def generate_world(shape: StoreShape, *, seed: int = 0, name: str = "generated_s
             "compartments": plan.compartments(),
             "walls": plan.walls(),
             "locations": [*places, *(home for home, _ in robots)],
-            "robots": [robot for _, robot in robots],
+            "robots": [robot | repertoire for _, robot in robots],
             "samples": [{"name": f"sample_{n}", "at": at} for n, at in enumerate(lying, start=1)],
         }
     )

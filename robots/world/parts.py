@@ -32,7 +32,17 @@ Interval = tuple[float, float]
 Tag = Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9_]*$", max_length=64)]
 """A packet's; whether some packet has it is checked where a world is loaded for use, for packs bring packets."""
 STORE_TAGS = ("NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
-"""A robot's repertoire if its world file does not state it: all packets of the sample store."""
+"""A robot's repertoire if its world file does not state it: all packets of the sample store but those of phases."""
+PHASE_TAGS = (
+    "NAVIGATE_OFF",
+    "NAVIGATE_UP",
+    "NAVIGATE_IN",
+    "TRANSPORT_OFF",
+    "TRANSPORT_UP",
+    "TRANSPORT_IN",
+    "DOCK2_OFF",
+)
+"""The packets by which a robot carries out an action in phases: it holds a place only while it uses it."""
 ON_BORDER_M = 0.05
 """A point this far outside an area still lies on its border; locations nearer than this coincide."""
 SHORTEST_M = 0.7

@@ -47,7 +47,7 @@ class Store:
             phase
             for tag, arguments in steps
             for phase in self.base.phases_of(
-                self.base.ground(tag, arguments, problem.functions, objects=problem.objects)
+                self.base.ground(tag, arguments, problem.functions, objects=problem.objects), problem.facts
             )
         ]
         plan_net = assemble(extract(sequence, problem.facts, wanted), wanted, self.base, {})

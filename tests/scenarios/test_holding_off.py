@@ -1,4 +1,4 @@
-"""Robots of the pack `examples/holding_off` meet at one interchange: one drives up while another still leaves it."""
+"""Robots of the world `busy_store` meet at one interchange: one drives up while another still leaves it."""
 
 from functools import cache
 
@@ -7,11 +7,7 @@ import pytest
 from app.cli.simulated_mission import simulate_mission
 from app.cli.trials.offline_mission import Mission, goal_problem, plan_mission
 from app.domain.world_model import initial_facts
-from app.packs.check import faults_of
-from app.packs.find import load_packs
-from app.packs.pack_set import Packs
-from benchmarks.holding_off import PACK
-from planner import Keeping, PlanningRequest
+from planner import Keeping, PlanningRequest, load_knowledge_base
 from planner.engines.registry import portfolio
 from robots.world import load_world
 from tests.app.sample_store import said
@@ -21,22 +17,13 @@ CROSSING = ("in(sample_1, bay_3)", "in(sample_2, door_1)", "in(sample_3, door_2)
 
 
 @cache
-def packs() -> Packs:
-    return load_packs([str(PACK)])
-
-
-@cache
 def mission() -> Mission:
-    """Three samples through the interchange of the pack's own world, whose robots also know NAVIGATE and TRANSPORT."""
-    world = load_world(PACK / "worlds" / "holding_off_store.yaml")
-    base = packs().knowledge_base()
+    """Three samples through the interchange."""
+    world = load_world("busy_store")
+    base = load_knowledge_base()
     problem = goal_problem(world, initial_facts(world, base), [said(goal) for goal in CROSSING], base)
     request = PlanningRequest(time_limit_s=60, effort_s=0.0)
-    return plan_mission(world, problem, portfolio(base), base, request, library=packs().library())
-
-
-def test_the_pack_is_valid() -> None:
-    assert list(faults_of(packs())) == []
+    return plan_mission(world, problem, portfolio(base), base, request)
 
 
 def test_a_robot_goes_in_after_the_phase_in_which_another_leaves() -> None:
@@ -56,5 +43,5 @@ def test_a_robot_goes_in_after_the_phase_in_which_another_leaves() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_asked_for_becomes_true(seed: int) -> None:
-    ended = simulate_mission(mission(), seed=seed, packet_files=packs().packets)
+    ended = simulate_mission(mission(), seed=seed)
     assert ended.came_true, (ended.words, ended.reason)

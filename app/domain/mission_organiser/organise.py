@@ -13,7 +13,7 @@ from robots.wire import BehaviourPacket, BehaviourScript, Recipient
 
 MIN_TIMEOUT_S = 30.0
 TIMEOUT_FACTOR = 4.0
-"""A packet fails if it runs this many times its expected duration, but not before `MIN_TIMEOUT_S` (our choice)."""
+"""A packet fails if it runs this many times its action's expected duration, not before `MIN_TIMEOUT_S` (our choice)."""
 MIN_WAIT_S = 60.0
 WAIT_FACTOR = 3.0
 """A packet may wait this many times the plan's makespan for other robots (our choice); if it depends on none of them,
@@ -157,6 +157,7 @@ class _ScriptWriter:
         self._awaits = awaited_facts(plan_net, knowledge_base)
         self._clearances = clearances(plan_net)
         self._agents = {action.id: action.agents for action in plan_net.actions}
+        self._whole_s = dict(_whole_durations_s(plan_net))
 
     def packets(self, robot: str) -> list[BehaviourPacket]:
         return [self._packet(action, robot) for action in self._plan_net.of_robot(robot)]
@@ -180,7 +181,7 @@ class _ScriptWriter:
             achieves=symbolic_all(linking_goals(self._plan_net, action), base),
             expected_start_s=action.earliest_start_s,
             expected_duration_s=action.duration_s,
-            timeout_s=max(MIN_TIMEOUT_S, TIMEOUT_FACTOR * action.duration_s),
+            timeout_s=max(MIN_TIMEOUT_S, TIMEOUT_FACTOR * self._whole_s[action.id]),
             wait_timeout_s=self._wait_timeout_s if depends else MIN_WAIT_S,
             description=action.description,
             instead_of=found.instead_of,
@@ -204,6 +205,18 @@ class _ScriptWriter:
         for other in dict.fromkeys(agent for later in waiting for agent in self._agents[later]):
             if other != robot and robot in self._told_by(action.id, other):
                 yield Recipient(robot=other, script_id=self._script_ids(other), within_s=self._wait_timeout_s)
+
+
+def _whole_durations_s(plan_net: PlanNet) -> Iterator[tuple[str, float]]:
+    """By id of each action its duration; of a phase that of all those of its action: one makes up for another."""
+    for robot in plan_net.robots:
+        chain: list[PlanNetAction] = []
+        for action in plan_net.of_robot(robot):
+            chain.append(action)
+            if action.phase == action.phases:
+                whole_s = sum(one.duration_s for one in chain)
+                yield from ((one.id, whole_s) for one in chain)
+                chain = []
 
 
 def _roles(action: PlanNetAction, robot: str) -> dict[str, str]:

@@ -278,7 +278,7 @@ class _Run:
         return None if unjustified_actions(net, self._base) else net
 
     def _phases(self, actions: Sequence[GroundAction]) -> list[GroundAction]:
-        return [phase for action in actions for phase in self._base.phases_of(action)]
+        return [phase for action in actions for phase in self._base.phases_of(action, self._problem.facts)]
 
     def _is_open(self, makespan_s: float) -> bool:
         """Report progress; False if the plan is the best there can be or it is time to end."""

@@ -215,7 +215,7 @@ class SchedulingProblemBuilder:
 
         :param use: what the action is there for, with its excuses; None: for itself.
         """
-        phases = self._classified.knowledge_base.phases_of(action)
+        phases = self._classified.knowledge_base.phases_of(action, self._problem.facts)
         self._most_phases = max(self._most_phases, len(phases))
         # What all phases together bring about is of use after the last one.
         uses = [*[(ITSELF, ())] * (len(phases) - 1), use or (ITSELF, ())]

@@ -53,11 +53,15 @@ class AriesCompiler:
         """The `unified_planning.model.Problem`."""
         for name, kind in (*self._base.constants.items(), *sorted(self._problem.objects.items())):
             self._objects[name] = self._up.add_object(self._words.objects.add(name), self._type(kind))
+        # What holds between phases has all arguments of an action, and each value is listed; no whole action reads it.
+        unread = self._base.under_way
         for name, predicate in self._base.predicates.items():
+            if name in unread:
+                continue
             self._add_fluent(f"p_{name}", predicate.arguments)
             if name in self._twins:
                 self._add_fluent(f"i_{name}", predicate.arguments)
-        for fact in sorted(self._problem.facts):
+        for fact in sorted(fact for fact in self._problem.facts if fact.predicate not in unread):
             self._up.set_initial_value(self._of_fact("p", fact), True)
             if fact in self._problem.goals and fact.predicate in self._twins:
                 self._up.set_initial_value(self._of_fact("i", fact), True)

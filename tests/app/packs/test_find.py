@@ -10,7 +10,7 @@ from app.packs.find import installed_names, load_packs
 from app.packs.pack_set import Packs
 from app.settings import Settings
 from robots.world import PERIPHERAL_TAGS
-from robots.world.parts import STORE_TAGS
+from robots.world.parts import PHASE_TAGS, STORE_TAGS
 from tests.app.packs.pack_folders import bare, change, example
 from tests.packages import installed, write_package
 
@@ -39,8 +39,10 @@ def test_what_ships_is_a_pack() -> None:
     packs = load_packs(["store"])
     assert names(packs) == ["store"]
     of_peripherals = {*PERIPHERAL_TAGS}
-    assert set(packs.knowledge_base().actions) - {"CARRY"} == {*packs.repertoire().tags} | of_peripherals
+    whole = {*packs.repertoire().tags} - {*PHASE_TAGS}
+    assert set(packs.knowledge_base().actions) - {"CARRY"} == whole | of_peripherals
     assert set(packs.worlds()) == {
+        "busy_store",
         "sample_store",
         "sample_store_radio",
         "relocation_lab",
@@ -168,7 +170,7 @@ def test_options_come_before_the_environment_and_that_before_the_store(
 def test_the_tags_are_those_of_the_repertoire(tmp_path: Path) -> None:
     packs = load_packs([str(example(tmp_path))])
     assert packs.tags() == packs.repertoire().tags
-    assert load_packs([STORE]).tags() == tuple(sorted(STORE_TAGS))
+    assert load_packs([STORE]).tags() == tuple(sorted((*STORE_TAGS, *PHASE_TAGS)))
 
 
 def test_a_packet_that_is_no_yaml_is_refused_naming_its_file(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
+from robots.world.parts import PHASE_TAGS, STORE_TAGS
 from tests.app.fake_robots import FakeTeam
 from tests.waiting import read_until
 
@@ -79,3 +80,31 @@ def test_a_mission_that_was_paused_teaches_nothing(
     team.faults.stuck.clear()
     follow(mission, "completed")
     assert learned(api) == {}
+
+
+def test_an_action_in_phases_teaches_by_all_of_them_together(
+    api: TestClient, follow: Follow, team: FakeTeam, plan: Any, approve: Any
+) -> None:
+    """Its times at start and end are never scaled: the end of one of its phases alone would mislead."""
+    edits = [
+        {"edit": "change_robot", "name": name, "repertoire": [*STORE_TAGS, *PHASE_TAGS]}
+        for name in ("yard_1", "yard_2", "store_2")
+    ]
+    api.post(
+        "/v1/worlds/sample_store/changes", json={"reason": "new packets", "edits": edits}
+    ).raise_for_status()
+    team.faults.takes_s["TRANSPORT_UP"] = 20.0
+    first = plan("move sample_1 to bay_7")
+    drives: dict[tuple[str, ...], list[dict[str, Any]]] = {}
+    for action in first["actions"]:
+        if action["tag"] == "TRANSPORT":
+            drives.setdefault(tuple(action["arguments"].values()), []).append(action)
+    assert {action["phase"] for parts in drives.values() for action in parts} >= {1, 2, 3}
+    follow(approve(first), "completed")
+    ratios = [
+        sum(20.0 if one["phase"] == 2 else one["duration_s"] for one in parts)
+        / sum(one["duration_s"] for one in parts)
+        for parts in drives.values()
+    ]
+    assert learned(api)["TRANSPORT"]["samples"] == len(drives)
+    assert learned(api)["TRANSPORT"]["mean"] == pytest.approx(sum(ratios) / len(ratios), rel=0.1)

@@ -1,6 +1,7 @@
 """Times within actions: how they are written, what is refused, and the phases that they make."""
 
 import textwrap
+from collections.abc import Collection
 
 import pytest
 
@@ -16,6 +17,7 @@ predicates:
   clear: {arguments: {place: place}, make_way: true}
   seen: {arguments: {place: place}}
   can: {arguments: {robot: robot, tag: tag}}
+  skilled: {arguments: {robot: robot}}
 """
 OBJECTS = {"r": "robot", "a": "place", "b": "place"}
 
@@ -26,6 +28,7 @@ def base(
     delete: str = "clear(to) at end - 3",
     intends: str = "stands(robot, to)",
     other: str = "clear(start) at start + 2",
+    when: str = "can(robot, GO)",
     more: str = "",
 ) -> KnowledgeBase:
     """A knowledge base whose GO has these literals."""
@@ -39,6 +42,7 @@ def base(
         delete: ["stands(robot, start)", "{delete}"]
         intended_effects: ["{intends}"]
         other_effects: ["{other}"]
+        phases_when: ["{when}"]
         duration: drive_s(start, to)
         distance: "8"
         energy: 2 * duration()
@@ -47,11 +51,19 @@ def base(
     return read_knowledge_base(VOCABULARY + more + textwrap.dedent(action), "test")
 
 
-def go(knowledge_base: KnowledgeBase, seconds: float = 20.0) -> tuple[GroundAction, ...]:
-    """The phases of going from a to b."""
+def going(knowledge_base: KnowledgeBase, seconds: float = 20.0) -> GroundAction:
     arguments = {"robot": "r", "start": "a", "to": "b"}
-    whole = knowledge_base.ground("GO", arguments, {("drive_s", ("a", "b")): seconds}, objects={**OBJECTS})
-    return knowledge_base.phases_of(whole)
+    return knowledge_base.ground("GO", arguments, {("drive_s", ("a", "b")): seconds}, objects={**OBJECTS})
+
+
+def go(
+    knowledge_base: KnowledgeBase,
+    seconds: float = 20.0,
+    facts: Collection[Fact] = (Fact("can", ("r", "GO")),),
+) -> tuple[GroundAction, ...]:
+    """The phases of going from a to b."""
+    whole = going(knowledge_base, seconds)
+    return knowledge_base.phases_of(whole, facts)
 
 
 def test_the_times_of_an_action_cut_it_into_phases() -> None:
@@ -72,8 +84,27 @@ def test_the_times_of_an_action_cut_it_into_phases() -> None:
     assert sum(phase.energy_j for phase in (leave, drive, enter)) == pytest.approx(40.0)
 
 
-def test_an_action_too_short_for_its_times_has_them_shortened_in_proportion() -> None:
-    assert [phase.duration_s for phase in go(base(), 4.0)] == [1.44, 0.4, 2.16]
+def test_an_action_too_short_for_its_times_stays_whole() -> None:
+    assert [phase.duration_s for phase in go(base(), 6.0)] == [2.0, 1.0, 3.0]
+    assert [phase.phase for phase in go(base(), 5.5)] == [0]
+
+
+def test_an_action_that_has_become_too_short_has_its_times_shortened_in_proportion() -> None:
+    knowledge_base = base()
+    whole = going(knowledge_base, 4.0)
+    phases = [knowledge_base.phase_of(whole, number) for number in range(1, 4)]
+    assert [phase and phase.duration_s for phase in phases] == [1.44, 0.4, 2.16]
+    assert knowledge_base.phase_of(whole, 0) is knowledge_base.phase_of(whole, 4) is None
+
+
+def test_an_action_has_phases_only_where_the_facts_hold_that_it_names() -> None:
+    knowledge_base = base(when="skilled(robot)")
+    assert [phase.phase for phase in go(knowledge_base)] == [0]
+    skilled = Fact("skilled", ("r",))
+    phases = go(knowledge_base, facts=frozenset({skilled}))
+    assert [phase.phase for phase in phases] == [1, 2, 3]
+    assert all(skilled in phase.preconditions for phase in phases)
+    assert [len(knowledge_base.steps_of(op)) for op in knowledge_base.operators] == [4]
 
 
 def test_what_names_no_times_stays_one_action() -> None:
@@ -99,7 +130,7 @@ def test_a_condition_until_a_time_lets_others_end_it_then() -> None:
 def test_phases_of_a_phase_are_itself() -> None:
     knowledge_base = base()
     for phase in go(knowledge_base):
-        assert knowledge_base.phases_of(phase) == (phase,)
+        assert knowledge_base.phases_of(phase, frozenset()) == (phase,)
 
 
 def test_an_action_of_several_robots_has_no_phases() -> None:
@@ -119,6 +150,7 @@ def test_an_action_of_several_robots_has_no_phases() -> None:
         ({"delete": "clear(to) from end - 3"}, "`at` a time"),
         ({"delete": "clear(to) at end - 9"}, "deleted at end - 9, but needed from end - 3"),
         ({"delete": "seen(to) at end", "other": "seen(to) at start"}, "would hold only from start to end"),
+        ({"when": "clear(to)"}, "GO changes clear; only what no action changes decides it"),
         ({"other": "stands(robot, to) at start + 2", "intends": "nothing(to)"}, "unknown predicate"),
     ],
 )

@@ -128,7 +128,7 @@ def test_a_robot_that_makes_way_ends_what_it_begins() -> None:
     whole = knowledge_base.ground(
         "NAVIGATE", going("door_1", start), problem.functions, objects=problem.objects
     )
-    phases = knowledge_base.phases_of(whole)
+    phases = knowledge_base.phases_of(whole, problem.facts)
     freed = Fact("clear", (start, "yard"))
     needing = replace(
         whole, tag="DOCK", phase=0, agents=("store_0",), arguments={}, preconditions=(freed,), deletes=(),

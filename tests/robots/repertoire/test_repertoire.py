@@ -13,7 +13,7 @@ from robots.reactive.patterns import Level
 from robots.reactive.synthesis import DegreeOfFreedom
 from robots.repertoire import load_repertoire, read_repertoire, store_packets
 from robots.wire import BehaviourPacket
-from robots.world.parts import STORE_TAGS
+from robots.world.parts import PHASE_TAGS, STORE_TAGS
 from tests.robots.sensed import PROFILE
 from tests.robots.stories import packet
 
@@ -38,9 +38,10 @@ def test_the_papers_packets_and_the_behavioural_suite_are_there() -> None:
     turns = {"TURN_LEFT", "TURN_RIGHT", "TURN_TO", "TURN_TOWARD"}
     follows = {"FOLLOW_LEFT_OBSTACLE", "FOLLOW_RIGHT_OBSTACLE"}
     suite = {"STOP", "STEP", "MOVE_TO", "FACE_OBJECT", "KICK", "WANDER"} | turns | follows
-    long = {f"{tag} (long)" for tag in ("DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2")}
+    long = {f"{tag} (long)" for tag in ("DOCK", "DOCK2", "DOCK2_OFF", "TRANSPORT", "RELEASE1", "RELEASE2")}
+    phases = {*PHASE_TAGS} - {"DOCK2_OFF"}
     upkeep = {"SEEK_CHARGER", "CHARGE", "TELEOPERATE"}
-    assert set(REPERTOIRE.specs) == mission | suite | long | upkeep
+    assert set(REPERTOIRE.specs) == mission | phases | suite | long | upkeep
     assert {tag for tag, spec in REPERTOIRE.specs.items() if spec.basic} == suite | upkeep
 
 
@@ -201,7 +202,7 @@ def test_files_add_packets_to_those_that_every_robot_has(tmp_path: Path) -> None
 
 def test_the_sample_stores_packets_are_files_like_any_others() -> None:
     assert read_repertoire(store_packets()).specs == load_repertoire().specs
-    assert set(load_repertoire().tags) == set(STORE_TAGS)
+    assert set(load_repertoire().tags) == {*STORE_TAGS, *PHASE_TAGS}
 
 
 def test_a_packet_of_two_files_is_refused_naming_both(tmp_path: Path) -> None:

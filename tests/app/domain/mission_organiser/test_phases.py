@@ -1,37 +1,18 @@
 """Scripts of plans whose actions have phases: a packet for each, and couplings that rest on one."""
 
 from functools import cache
-from pathlib import Path
 
 import pytest
 
 from app.domain.mission_organiser import Organised, OrganiserFailure, load_library, organise, shipped_library
 from app.domain.plan_document import PlanBody
-from app.packs.find import load_packs
-from benchmarks.holding_off import PACK, PHASE_TAGS, STORE_TAGS
 from benchmarks.planner.timed_store import timed_store
 from planner import PlanNet, keep_in_step
 from robots.world import LinkSpec, load_world
+from robots.world.parts import PHASE_TAGS, STORE_TAGS
 from tests.app.sample_store import Store
 
-LIBRARY = """
-packets:
-  - tag: SET_OFF
-    agent: "?robot"
-    requires: ["robot_position(?robot, ?rel1, ?ref1)"]
-    achieves: ["under_way_navigate_1(?robot, ?rel1, ?ref1, ?rel2, ?ref2, ?area)"]
-  - tag: APPROACH
-    agent: "?robot"
-    requires: ["under_way_navigate_1(?robot, ?rel1, ?ref1, ?rel2, ?ref2, ?area)"]
-    achieves: ["under_way_navigate_2(?robot, ?rel1, ?ref1, ?rel2, ?ref2, ?area)"]
-  - tag: GO_IN
-    agent: "?robot"
-    requires:
-      - under_way_navigate_2(?robot, ?rel1, ?ref1, ?rel2, ?ref2, ?area)
-      - clear(?ref2, ?area)
-    achieves: ["robot_position(?robot, ?rel2, ?ref2)"]
-"""
-TAGS = ("SET_OFF", "APPROACH", "GO_IN")
+TAGS = ("NAVIGATE_OFF", "NAVIGATE_UP", "NAVIGATE_IN")
 
 
 @cache
@@ -57,20 +38,9 @@ def handing_over_a_place() -> PlanNet:
     )
 
 
-@pytest.fixture
-def library(tmp_path: Path) -> Path:
-    file = tmp_path / "library.yaml"
-    file.write_text(LIBRARY)
-    return file
-
-
-def test_the_robot_that_comes_waits_with_its_last_packet_for_the_first_of_the_one_that_leaves(
-    library: Path,
-) -> None:
+def test_the_robot_that_comes_waits_with_its_last_packet_for_the_first_of_the_one_that_leaves() -> None:
     net = handing_over_a_place()
-    found = organise(
-        net, load_library(store().base, library), dict.fromkeys(net.robots, TAGS), "m", store().base
-    )
+    found = organise(net, load_library(store().base), dict.fromkeys(net.robots, TAGS), "m", store().base)
     assert isinstance(found, Organised), found
     leaves, comes = found.scripts
     assert [packet.tag for packet in leaves.packets] == list(TAGS)
@@ -84,37 +54,41 @@ def test_the_robot_that_comes_waits_with_its_last_packet_for_the_first_of_the_on
     )
 
 
-def test_a_robot_that_cannot_see_the_place_is_cleared_by_the_phase_that_leaves_it(library: Path) -> None:
+def test_a_robot_that_cannot_see_the_place_is_cleared_by_the_phase_that_leaves_it() -> None:
     net = handing_over_a_place()
     facts = frozenset(link.fact for link in net.causal_links if link.producer == "initial")
     objects = {"yard_1": "robot", "yard_2": "robot", "door_1": "location", "yard": "area"}
     blind = keep_in_step(net, facts, objects, store().base, {"yard_2": frozenset()})
-    found = organise(
-        blind, load_library(store().base, library), dict.fromkeys(net.robots, TAGS), "m", store().base
-    )
+    found = organise(blind, load_library(store().base), dict.fromkeys(net.robots, TAGS), "m", store().base)
     assert isinstance(found, Organised), found
     leaves, comes = found.scripts
     assert [packet.after for packet in comes.packets] == [(), (), (leaves.packets[0].id,)]
 
 
-@pytest.mark.parametrize(("carry", "is_passed_on"), [("TRANSPORT", True), ("HAUL", False)])
-def test_a_leg_with_phases_is_not_passed_on(carry: str, is_passed_on: bool) -> None:
-    packs = load_packs([str(PACK)])
+def test_a_packet_of_a_phase_has_the_time_of_the_whole_action() -> None:
+    net = handing_over_a_place()
+    found = organise(net, load_library(store().base), dict.fromkeys(net.robots, TAGS), "m", store().base)
+    assert isinstance(found, Organised), found
+    for script in found.scripts:
+        whole_s = sum(packet.expected_duration_s for packet in script.packets)
+        assert [packet.timeout_s for packet in script.packets] == pytest.approx([max(30, 4 * whole_s)] * 3)
+
+
+@pytest.mark.parametrize("tags", [(), PHASE_TAGS])
+def test_robots_that_know_its_packets_do_an_action_in_phases_and_others_do_it_as_one(
+    tags: tuple[str, ...],
+) -> None:
     plain = load_world("sample_store")
-    robots = tuple(r.model_copy(update={"repertoire": (*STORE_TAGS, *PHASE_TAGS)}) for r in plain.robots)
+    robots = tuple(r.model_copy(update={"repertoire": (*STORE_TAGS, *tags)}) for r in plain.robots)
     world = plain.model_copy(update={"robots": robots, "peer_link": LinkSpec()})
-    known = Store(world, packs.knowledge_base())
-    names = {"robot": "yard_1"} if carry == "HAUL" else {"robots": "yard_1"}
-    steps = [
-        (carry, {**{k: v for k, v in arguments.items() if k != "robots"}, **names})
-        if tag == "TRANSPORT"
-        else (tag, arguments)
-        for tag, arguments in known.carry("yard_1", "sample_1", "door_1", "door_2", came_from="home_yard_1")
-    ]
-    net = known.plan(steps, "in(sample_1, door_2)")
+    known = Store(world)
+    net = known.plan(
+        known.carry("yard_2", "sample_1", "door_1", "interchange_2", came_from="home_yard_2"),
+        "in(sample_1, interchange_2)",
+    )
     found = organise(
         net,
-        packs.library(),
+        load_library(known.base),
         known.repertoires,
         "m",
         known.base,
@@ -124,7 +98,10 @@ def test_a_leg_with_phases_is_not_passed_on(carry: str, is_passed_on: bool) -> N
     )
     assert isinstance(found, Organised), found
     (script,) = found.scripts
-    assert bool(script.delegable) is is_passed_on
+    whole = ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"]
+    in_phases = [*TAGS, "DOCK", "TRANSPORT_OFF", "TRANSPORT_UP", "TRANSPORT_IN", "RELEASE2"]
+    assert [packet.tag for packet in script.packets] == (in_phases if tags else whole)
+    assert bool(script.delegable) is not bool(tags)  # a leg with phases is not passed on
 
 
 def test_without_packets_for_its_phases_an_action_is_refused() -> None:
@@ -132,7 +109,7 @@ def test_without_packets_for_its_phases_an_action_is_refused() -> None:
     shipped = load_library(store().base, shipped_library())
     found = organise(net, shipped, dict.fromkeys(net.robots, ("NAVIGATE",)), "m", store().base)
     assert isinstance(found, OrganiserFailure)
-    assert "under_way_navigate_1" in found.reason
+    assert "yard_1 has no NAVIGATE_OFF in its repertoire" in found.reason
 
 
 def test_a_plan_with_phases_is_the_same_when_it_has_been_stored() -> None:

@@ -1,7 +1,10 @@
 """What missions keep for themselves, and what a new plan leaves alone."""
 
+import pytest
+
 from app.domain.world_model import (
     Reservation,
+    apply_action,
     initial_facts,
     named_in,
     needed_by,
@@ -10,8 +13,11 @@ from app.domain.world_model import (
     taken_by,
     union_of,
 )
-from planner import Fact, PlanningRequest
+from app.domain.world_model.beliefs import position_of
+from benchmarks.planner.timed_store import timed_store
+from planner import Fact, PlanningRequest, PlanningStatus
 from planner.engines.fast_downward import FastDownwardEngine
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -96,3 +102,36 @@ def test_a_plan_beside_a_mission_takes_nothing_that_the_mission_needs() -> None:
     assert net is not None
     assert any("interchange_2" in action.arguments.values() for action in net.actions)
     assert not taken_by(net).overlaps(reserved)
+
+
+@pytest.mark.parametrize("ended", [1, 2])
+def test_a_robot_between_two_phases_is_reserved_with_the_place_that_it_drives_to(ended: int) -> None:
+    """The record has it at no place then; the one that it has left is for others to use."""
+    base = timed_store()
+    store = Store(base=base)
+    way = {
+        "robots": "yard_1",
+        "rel1": "near",
+        "ref1": "door_1",
+        "rel2": "near",
+        "ref2": "door_2",
+        "area": "yard",
+    }
+    start = revise_beliefs(store.facts, [store.fact("near(yard_1, door_1)")])
+    phases = store.plan([("NAVIGATE", way)], "near(yard_1, door_2)", facts=start).actions
+    facts = start
+    for phase in phases[:ended]:
+        facts = apply_action(facts, phase)
+    assert position_of("yard_1", facts) is None
+    reserved = union_of(needed_by(phase) for phase in phases[ended:])
+    assert reserved == Reservation(robots=frozenset({"yard_1"}), locations=frozenset({"door_2"}))
+
+    goals = [store.fact("near(yard_2, door_1)")]
+    problem = planning_problem(store.world, facts, goals, reserved=reserved)
+    result = HierarchicalEngine(base).plan(problem, PlanningRequest(effort_s=0.0))
+    assert result.plan_net is not None, result.reason
+    assert result.plan_net.robots == ("yard_2",)
+    for goal in ("near(yard_2, door_2)", "near(yard_1, door_1)"):
+        problem = planning_problem(store.world, facts, [store.fact(goal)], reserved=reserved)
+        refused = HierarchicalEngine(base).plan(problem, PlanningRequest(effort_s=0.0))
+        assert refused.status is PlanningStatus.UNSOLVABLE
