@@ -9,12 +9,13 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pydantic import ValidationError
 from sqlalchemy import Select, delete, or_, select
 from sqlalchemy.orm import Session
 
 from app.agents.communications import SERVICE
 from app.core import Core
-from app.domain.errors import Conflict
+from app.domain.errors import Conflict, Invalid
 from app.domain.events import SpeechSaid
 from app.domain.ids import new_id
 from app.domain.lifecycles import conversation as life
@@ -24,7 +25,7 @@ from app.store.known_empty import KnownEmpty
 from robots.clock import Clock
 from robots.social import ContentError, Heard, Reply, Term, content_of, parse_term
 from robots.social.protocols import INFORM, InteractionProtocol
-from robots.wire import TERMS, Message, Performative, SpeechAct, new_message_id
+from robots.wire import MAX_CONTENT, TERMS, Message, Performative, SpeechAct, new_message_id
 from robots.world import WorldFile
 
 ONTOLOGY = "macta-mission"
@@ -134,6 +135,7 @@ class SpeechService:
         :param speaker: the person on whose behalf it is said.
         :param conversation_id: of a conversation with several robots, one row each.
         :raises Conflict: if the robot does not speak that.
+        :raises Invalid: if the content is longer than a message holds.
         """
         if reason := self.unheard_reason(world, robot, what):
             raise Conflict(reason, code="robot-does-not-speak")
@@ -165,6 +167,7 @@ class SpeechService:
         """Go on with a conversation. :param within_s: how long an answer is awaited; None: for as long as it takes.
 
         :raises OutOfProtocol: if it may not be said now.
+        :raises Invalid: if the content is longer than a message holds.
         """
         life.say(row, performative)
         self._note(session, row, performative, content, within_s=within_s)
@@ -201,7 +204,8 @@ class SpeechService:
         ]
         if late:
             self._end_late(late, now_s)
-        return [_speech(row) for row in rows if life.is_to_be_said(row) and row not in late]
+        wanted = [row for row in rows if life.is_to_be_said(row) and row not in late]
+        return [one for one in map(_sendable, wanted) if one is not None]
 
     def _open(self, world: str) -> Sequence[ConversationRow]:
         """The conversations that are not over, or whose end is still to be said."""
@@ -348,6 +352,13 @@ class SpeechService:
         *,
         within_s: float | None,
     ) -> None:
+        written = str(content)
+        if len(written) > MAX_CONTENT:
+            detail = (
+                f"{content.name} is {len(written)} characters long as it is sent, with what is not ASCII escaped; "
+                f"{row.robot} is sent at most {MAX_CONTENT}"
+            )
+            raise Invalid(detail, code="too-long-to-say")
         now_s = self._clocks[row.world].now_s()
         heard = next((one["id"] for one in reversed(row.said) if one["sender"] != SERVICE), "")
         row.reply_by_s = None if within_s is None else now_s + within_s
@@ -359,7 +370,7 @@ class SpeechService:
                 "sender": SERVICE,
                 "receiver": row.robot,
                 "performative": performative.value,
-                "content": str(content),
+                "content": written,
                 "in_reply_to": heard,
                 "sent_at_s": now_s,
                 "at_s": now_s,
@@ -433,6 +444,15 @@ def last_heard(row: ConversationRow) -> tuple[Performative, Term] | None:
             except ContentError:  # only a not-understood may be in no language
                 return performative, Term("reason", (one["content"],))
     return None
+
+
+def _sendable(row: ConversationRow) -> Speech | None:
+    """What the service has said last; None if no message holds it, which must not keep others from being sent."""
+    try:
+        return _speech(row)
+    except ValidationError as error:
+        logger.error("what is said to %s in conversation %s cannot be sent: %s", row.robot, row.id, error)
+        return None
 
 
 def _speech(row: ConversationRow) -> Speech:

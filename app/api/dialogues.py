@@ -99,7 +99,8 @@ def dialogues_router(dialogues: DialogueService) -> APIRouter:
         What moves it becomes a script of its own, which is shown (`proposed`) and waits for `:approve`, unless
         `approve` is set. If several things may be meant, the state is `asking`; say the answer with `dialogue`. A robot
         on a mission, driven or out of service refuses; `stop` pauses its mission. Its answers come later: read the
-        dialogue again, or follow the events `dialogue.*`. 422 names the word that is not understood, and what would be.
+        dialogue again, or follow the events `dialogue.*`. 422 names the word that is not understood, and what would
+        be, or says that no message holds it (`too-long-to-say`).
         """
         word = Word(text=body.text, dialogue=body.dialogue, approve=body.approve, key=idempotency_key)
         return DialogueBody.of(dialogues.say(name, word, actor=ACTOR))

@@ -12,6 +12,7 @@ from app.domain.robot_language.sentence import Command, Phrase, Question, Topic
 from app.domain.robot_language.surroundings import Surroundings
 from app.domain.robot_language.syntax import NOT_UNDERSTOOD, parse, tokens_of
 from robots.social import ContentError, Term, parse_term
+from robots.social.persons import HALT, PERFORM
 from robots.wire import BehaviourPacket, Performative
 
 STOP = "STOP"
@@ -156,12 +157,12 @@ def _words(phrase: Phrase) -> tuple[str, ...]:
     return tuple(one.text for one in tokens_of(phrase.said)) or phrase.words
 
 
-def _spoken(line: AclLine, around: Surroundings) -> Spoken | Clarification:
+def _spoken(line: AclLine, around: Surroundings) -> Stopped | Spoken | Clarification:
     """The content that a line states, or that its action with object and properties makes."""
     stated = line.text("content")
     try:
         if stated:
-            return Spoken(performative=line.performative, content=parse_term(stated))
+            return _said(line, parse_term(stated), "content")
     except ContentError as error:
         return Clarification(
             code=NOT_UNDERSTOOD, detail=str(error), thing=stated, span=line.fields["content"].span
@@ -175,9 +176,23 @@ def _spoken(line: AclLine, around: Surroundings) -> Spoken | Clarification:
             span=line.span,
         )
     things = (line.text("object"), line.text("to"), *line.properties)
-    return Spoken(
-        performative=line.performative, content=Term(action, tuple(Term(one) for one in things if one))
-    )
+    return _said(line, Term(action, tuple(Term(one) for one in things if one)), "action")
+
+
+def _said(line: AclLine, content: Term, key: str) -> Stopped | Spoken | Clarification:
+    """What moves the robot is no mere word: it is to be shown, checked and approved. :param key: where it is stated."""
+    if line.performative is Performative.REQUEST and content.name == HALT:
+        return Stopped()
+    if line.performative is Performative.REQUEST and content.name == PERFORM:
+        return Clarification(
+            code=NOT_UNDERSTOOD,
+            detail=f"{PERFORM} is said for a script that was approved; say what the robot is to do by action:, "
+            "such as REQUEST action:face object:sample_1",
+            thing=PERFORM,
+            choices=("action:",),
+            span=line.fields[key].span,
+        )
+    return Spoken(performative=line.performative, content=content)
 
 
 def _other_robot(name: str, around: Surroundings, span: tuple[int, int] | None) -> Clarification:

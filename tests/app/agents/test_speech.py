@@ -3,12 +3,13 @@
 import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from app.agents.agent_models import AgentModels
 from app.agents.speech import Speech, SpeechService, end_conversations, last_heard
 from app.composition import Service
 from app.core import Core
-from app.domain.errors import Conflict
+from app.domain.errors import Conflict, Invalid
 from app.store import ConversationRow, Database, EventRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
@@ -19,7 +20,7 @@ from robots.clock import ManualClock
 from robots.link import InMemoryLink
 from robots.social import Reply, SocialLevel, Term
 from robots.social.protocols import CONTRACT_NET, INFORM, QUERY
-from robots.wire import Message, Performative, SpeechAct
+from robots.wire import MAX_CONTENT, Message, Performative, SpeechAct
 from robots.world import LinkSpec, load_world
 from tests.robots.social.talkers import Air, Talker
 from tests.waiting import until
@@ -80,6 +81,19 @@ class Desk:
                 opener="tests",
                 about="goal-1",
             )
+
+    def tell(self, session: Session, content: Term) -> ConversationRow:
+        return self.speech.open(
+            session,
+            world=LAB,
+            robot="yard_1",
+            what="bids",
+            performative=Performative.INFORM,
+            content=content,
+            protocol=INFORM,
+            within_s=20.0,
+            opener="tests",
+        )
 
     def carry(self, said: list[Speech]) -> list[Message]:
         """What the robot answers to what the service says."""
@@ -227,6 +241,20 @@ def test_the_service_hears_that_it_was_not_understood(desk: Desk) -> None:
     row = desk.row(opened)
     assert row.state == "not_understood"
     assert "'dance'" in row.reason
+
+
+def test_what_no_message_holds_is_refused_and_not_recorded(desk: Desk) -> None:
+    with desk.database.write() as session, pytest.raises(Invalid, match="at most 4000"):
+        desk.tell(session, Term("news", ("\U0001f600" * 400,)))
+    assert desk.speech.due(LAB) == []
+
+
+def test_what_cannot_be_sent_holds_up_nothing_else(desk: Desk) -> None:
+    with desk.database.write() as session:
+        kept = desk.tell(session, Term("news"))
+        kept.said = [{**one, "content": "x" * (MAX_CONTENT + 1)} for one in kept.said]
+    opened = desk.ask()
+    assert [one.act.conversation_id for one in desk.speech.due(LAB)] == [opened.id]
 
 
 def test_a_robot_that_does_not_speak_gives_a_reason_and_no_wait(desk: Desk) -> None:

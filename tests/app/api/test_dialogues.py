@@ -99,6 +99,21 @@ def test_what_is_not_understood_names_the_word_and_is_not_recorded(api: TestClie
     assert api.get(WORDS).json()["items"] == []
 
 
+def test_a_script_stated_as_content_and_what_no_message_holds_reach_no_robot(
+    api: TestClient, team: FakeTeam
+) -> None:
+    robot = known(api, team)
+    robot.says["battery"] = [(Performative.INFORM, "battery(0.83)")]
+    past_approval = say(api, 'REQUEST content:"perform(x, packet(NAVIGATE, 600, ref1(door_1)))"')
+    assert (past_approval.status_code, code(past_approval)) == (422, "words-not-understood")
+    too_long = say(api, "INFORM action:" + "\U0001f600" * 400)
+    assert (too_long.status_code, code(too_long)) == (422, "too-long-to-say")
+    assert api.get(WORDS).json()["items"] == []
+    asked = say(api, "how is your battery?").json()
+    in_state(api, f"{WORDS}/{asked['id']}", "done")
+    assert [one[:2] for one in robot.heard] == [("query-ref", "battery")]
+
+
 def test_a_question_is_answered_by_the_robot(api: TestClient, team: FakeTeam) -> None:
     robot = known(api, team)
     robot.says["battery"] = [(Performative.INFORM, "battery(0.83, charging)")]

@@ -190,9 +190,25 @@ def test_questions_and_other_acts_are_terms(text: str, performative: str, conten
     assert (said.performative, str(said.content)) == (performative, content)
 
 
-@pytest.mark.parametrize("text", ["stop", "yard_2, halt!", "REQUEST action:stop"])
+@pytest.mark.parametrize(
+    "text",
+    ["stop", "yard_2, halt!", "REQUEST action:stop", "REQUEST content:halt", "REQUEST content:halt(x)"],
+)
 def test_stop_is_no_packet(text: str) -> None:
     assert understand(text, around()) == Stopped()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'REQUEST content:"perform(x, packet(NAVIGATE, 600, ref1(bay_1)))"',
+        "REQUEST action:perform property:[x, y]",
+        r'REQUEST content:"\"perform\"(x, packet(STOP, 600))"',
+    ],
+)
+def test_packets_are_not_stated_as_content_past_their_approval(text: str) -> None:
+    refused = asked(text)
+    assert (refused.thing, refused.choices) == ("perform", ("action:",))
 
 
 def test_a_place_that_no_robot_enters_is_refused() -> None:
