@@ -94,6 +94,8 @@ class Agent:
         self._outcomes: list[Term] = [Term(STARTUP)]
         self._live: dict[tuple[int, Key], tuple[Commitment, StepRun | None]] = {}
         self._count = 0
+        self.made: list[Commitment] = []
+        """The commitments that rules have made in the last cycle."""
         self.ended: deque[Commitment] = deque(maxlen=KEPT_ENDED)
         self.breakpoints = frozenset[str]()
         """Rules, "guard:3" and the like: when one fires, what the cycle commits to is held back until the next one."""
@@ -151,6 +153,7 @@ class Agent:
 
         :param events: beliefs of this cycle alone. :param known: what the robot knows of itself now.
         """
+        self.made = []
         if self._held:
             held = self._held
             self._held = []
@@ -397,6 +400,7 @@ class Agent:
             due_s=now_s + (delay_s if isinstance(delay_s, float | int) else 0.0),
             name=_name_of(rule.step),
         )
+        self.made.append(made)
         if not isinstance(delay_s, float | int):
             life.fail(made, f"Now + {delay_s} is no time", now_s)
             self._note_end(made)

@@ -91,17 +91,13 @@ def rehearse(
         ]
         agents.append(Agent(team[0].name, readable, _Pretended(), known=known))
     fired: list[tuple[str, Commitment]] = []
-    counts = [0] * len(agents)
     left_to_rules = taken_over([agent.name for agent in agents])
     for instant in instants:
         known_now = known_of(instant.task, instant.percepts)
         events = list(instant.events(left_to_rules))
-        for number, agent in enumerate(agents):
+        for agent in agents:
             agent.cycle(instant.percepts.time_s, events, instant.percepts, known_now)
-            made = [*agent.ended, *agent.commitments]
-            new = sorted((one for one in made if one.number > counts[number]), key=lambda one: one.number)
-            counts[number] += len(new)
-            fired += [(agent.name, one) for one in new]
+            fired += [(agent.name, one) for one in agent.made]
     return Rehearsal(
         fired=fired, unread=[one for number, one in enumerate(unread) if one not in unread[:number]]
     )

@@ -10,6 +10,7 @@ from robots.deliberative.agent import MAX_COMMITMENTS, Agent
 from robots.deliberative.commitments import CommitmentState, DropReason, fulfil
 from robots.deliberative.lint import check
 from robots.deliberative.reader import read_rules, rules_of
+from robots.deliberative.rehearsal import RecordedInstant, rehearse
 from robots.deliberative.terms import Term, Value
 from robots.errors import RuleError
 from robots.perception.sensing import MutualDataStore
@@ -43,6 +44,14 @@ def test_a_commitment_is_made_once_while_its_conditions_hold() -> None:
     for now_s in range(5):
         one.cycle(now_s)
     assert actuators.tags == ["STOP"]
+
+
+def test_a_rehearsal_lists_each_firing_once_however_many_there_are_in_one_instant() -> None:
+    text = HEAD + "".join(f"BELIEF(n({number}));" for number in range(100))
+    text += "BELIEF(startup) & BELIEF(n(?x)) => COMMIT(adoptBelief(m(?x)));\n"
+    instants = [RecordedInstant(percepts=replace(percepts(), time_s=float(at))) for at in range(4)]
+    found = rehearse([rules_of(text, "tester.rules")], load_repertoire(), instants, robot="fred")
+    assert [one.number for _, one in found.fired] == list(range(1, 101))
 
 
 def test_an_event_lasts_one_cycle_and_one_that_comes_again_counts_again() -> None:
