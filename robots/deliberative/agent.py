@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from robots.deliberative import commitments as life
 from robots.deliberative.actuators import Actuators, Outcome
-from robots.deliberative.beliefs import Belief, BeliefStore, Origin
+from robots.deliberative.beliefs import LASTING, Belief, BeliefStore, Origin
 from robots.deliberative.commitments import Commitment, DropReason
 from robots.deliberative.matching import Change, Key, Matcher, satisfied
 from robots.deliberative.perceptors import Perceptor
@@ -109,7 +109,8 @@ class Agent:
         self._sensed: dict[Term, str] = {}
         self._known = frozenset[Term]()
         self._rules = [self._loaded(rule, file) for file in files for rule in file.rules]
-        for term in (*known, *(one.term for file in files for one in file.initial)):
+        self._initial = (*known, *(one.term for file in files for one in file.initial))
+        for term in self._initial:
             self._believe(Belief(term=term, origin=Origin.INITIAL, since_s=now_s))
         for number, one in enumerate(self._rules):
             when = one.rule.when
@@ -191,10 +192,21 @@ class Agent:
         """The beliefs that commitments have adopted."""
         return [one.term for one in self.beliefs if one.origin is Origin.ADOPTED]
 
+    def retracted(self) -> list[Term]:
+        """What it believed at first and has ceased to believe."""
+        return [term for term in self._initial if term not in self.beliefs]
+
     def adopt(self, terms: Iterable[Term], now_s: float) -> None:
         """Believe what another run of the agent has believed."""
         for term in terms:
             self._believe(Belief(term=term, origin=Origin.ADOPTED, since_s=now_s, source="memory"))
+
+    def retract(self, terms: Iterable[Term]) -> None:
+        """Cease to believe these, unless they are sensed or events."""
+        for term in terms:
+            known = self.beliefs.get(term)
+            if known is not None and known.origin in LASTING:
+                self._cease(term)
 
     def memory(self) -> AgentMemory:
         """All that it believes and is committed to, between two cycles."""
@@ -318,11 +330,8 @@ class Agent:
         for term, is_adopted, source in intended:
             if is_adopted:
                 self._believe_if_possible(term, Origin.ADOPTED, source, now_s)
-            elif (known := self.beliefs.get(term)) is not None and known.origin in (
-                Origin.ADOPTED,
-                Origin.INITIAL,
-            ):
-                self._cease(term)
+            else:
+                self.retract([term])
         self._read = self._demanded
         self._percepts = percepts
         if self._demanded or self._sensed:

@@ -103,7 +103,8 @@ class Mind:
         return NOTHING.union(*(agent.needs for agent in self.agents))
 
     def load(self, files: Sequence[RuleFile], now_s: float, role: str = "") -> None:
-        """Use these rules from the next cycle on. Agents of the same name keep what they have adopted as beliefs.
+        """Use these rules from the next cycle on. Agents of the same name keep what they have adopted as beliefs, and
+        what they have retracted.
 
         :param role: that every agent believes the robot to play; empty: none.
         :raises RuleError: naming what cannot be used; then nothing changes.
@@ -123,6 +124,7 @@ class Mind:
             agent.end(DropReason.RULES, "its rules were replaced", now_s)
         for agent in agents:
             if agent.name in before:
+                agent.retract(before[agent.name].retracted())
                 agent.adopt(before[agent.name].lasting(), now_s)
         self.agents = agents
         self.break_at(self._breakpoints)
@@ -171,12 +173,13 @@ class Mind:
         return None
 
     def memory(self) -> MindMemory:
-        """The rule files, the role, and what the agents have adopted."""
+        """The rule files, the role, and what the agents have adopted and retracted."""
         return MindMemory(
             version=self.version,
             files={file.name: file.text for file in self._files},
             role=self.role,
             beliefs={agent.name: tuple(map(str, agent.lasting())) for agent in self.agents},
+            retracted={agent.name: tuple(map(str, agent.retracted())) for agent in self.agents},
         )
 
     def hand_over(self) -> MindMemory:
@@ -210,6 +213,7 @@ class Mind:
             self._take_over(memory)
             return
         for agent in self.agents:
+            agent.retract(beliefs_of(memory.retracted.get(agent.name, ())))
             for text in memory.beliefs.get(agent.name, ()):
                 with suppress(RuleError):  # a name of a message's content that no rule file can write
                     agent.adopt(beliefs_of([text]), now_s)

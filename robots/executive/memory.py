@@ -114,7 +114,7 @@ class AgentMind(Checked):
     `executive`: the script with its place in it; `upkeep`: its own scripts' ids count on by it; `verdicts`: script id
     to the reason of its refusal, None if it was accepted; `stale`: scripts that are not accepted any longer; `mailbox`:
     answers to the service, and reports without a receipt; `social`: what is still to be said to other robots; `tuning`:
-    of packets; `rules`: of the deliberative level with the role and what was adopted as beliefs, None without one;
+    of packets; `rules`: of the deliberative level with the role and what was adopted and retracted, None without one;
     `embodiment`: whether it rests, or until when it may act. Ids of scripts and messages are part of it, so that
     nothing is done or told twice in another body.
     """

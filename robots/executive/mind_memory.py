@@ -153,8 +153,8 @@ class HeardMemory(Checked):
 
 class MindMemory(Checked):
     """What the deliberative level restores after a power failure: rule files by name, with their version, the role that
-    the robot plays, and what agents have adopted as beliefs, by the agent's name, as written in a rule file.
-    Commitments are not kept.
+    the robot plays, and what agents have adopted as beliefs and have retracted of what they believed at first, by the
+    agent's name, as written in a rule file. Commitments are not kept.
 
     A mind that is handed over to another program has `agents`, by name, with all that they believe and are committed
     to; what was said to them and waits (`heard`); and what was told of that (`told`).
@@ -164,6 +164,7 @@ class MindMemory(Checked):
     files: dict[str, str] = Field(default_factory=dict)
     role: str = ""
     beliefs: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    retracted: dict[str, tuple[str, ...]] = Field(default_factory=dict)
     agents: dict[str, AgentMemory] | None = None
     body: SharedBodyMemory = SharedBodyMemory()
     heard: tuple[HeardMemory, ...] = ()

@@ -7,6 +7,7 @@ from robots.deliberative.reader import digest_of
 from robots.deliberative.terms import Term
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.memory import RobotMemory
+from robots.executive.mind_memory import MindMemory
 from robots.link import InMemoryLink
 from robots.physical.body import Pose
 from robots.physical.profile import RobotProfile
@@ -97,6 +98,56 @@ def test_a_power_failure_leaves_the_rules_and_what_was_adopted() -> None:
     assert Term("seen", ("bay 3", -1.5)) in restored.agents[0].beliefs
     _, late = sent(world, service, RuleSet(version=3, files={"wanderer": WANDERER}))
     assert late.digests == {"keeper": digest_of(KEEPER)}
+
+
+CHANGING = (
+    "AGENT changing;\nBELIEF(role(defender));\nBELIEF(startup) & !BELIEF(changed)"
+    " => COMMIT(SEQ(adoptBelief(changed), retractBelief(role(?_)), adoptBelief(role(attacker))));\n"
+)
+
+
+def roles(one: Mind) -> set[str]:
+    return {str(known.term) for known in one.agents[0].beliefs if known.term.functor == "role"}
+
+
+def test_what_was_retracted_is_not_believed_again_after_a_power_failure_nor_by_other_rules() -> None:
+    world, service = at_rest()
+    changing = CHANGING.replace("?_", "defender")
+    sent(world, service, RuleSet(version=1, files={"changing": changing}))
+    saved = world.agents["fred"].memory().mind.rules
+    assert saved is not None
+    restored = mind(world.agents["fred"].profile)
+    restored.recall(MindMemory.model_validate_json(saved.model_dump_json()), 9.0)
+    assert roles(restored) == {"role(attacker)"}
+    files = {"changing": changing + "BELIEF(role(goalkeeper));\n"}
+    assert restored.follow(files, 2, 10.0) is None
+    assert roles(restored) == {"role(attacker)", "role(goalkeeper)"}
+
+
+def test_a_role_that_was_retracted_is_played_once_it_is_given_anew() -> None:
+    world, service = at_rest()
+    files = {"changing": CHANGING.replace("BELIEF(role(defender));\n", "").replace("?_", "guard")}
+    sent(world, service, RuleSet(version=1, files=files, role="guard"))
+    saved = world.agents["fred"].memory().mind.rules
+    assert saved is not None
+    restored = mind(world.agents["fred"].profile)
+    restored.recall(saved, 9.0)
+    assert roles(restored) == {"role(attacker)"}
+    assert restored.follow(files, 2, 10.0, "porter") is None
+    assert restored.follow(files, 3, 11.0, "guard") is None
+    assert roles(restored) == {"role(attacker)", "role(guard)"}
+
+
+def test_a_memory_without_what_was_retracted_is_read() -> None:
+    world, service = at_rest()
+    sent(world, service, RuleSet(version=1, files={"changing": CHANGING.replace("?_", "defender")}))
+    saved = world.agents["fred"].memory().mind.rules
+    assert saved is not None
+    earlier = saved.model_dump(mode="json")
+    del earlier["retracted"]
+    restored = mind(world.agents["fred"].profile)
+    restored.recall(MindMemory.model_validate(earlier), 9.0)
+    assert roles(restored) == {"role(defender)", "role(attacker)"}
 
 
 def test_a_robot_without_a_deliberative_level_refuses_rules() -> None:
