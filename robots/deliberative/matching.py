@@ -65,7 +65,7 @@ class Change:
 
 
 class Matcher:
-    """Matches queries against the beliefs of one store, which is only changed through `tell`."""
+    """Matches queries against the beliefs of one store, of which each change is `told` or `untold`."""
 
     def __init__(self, store: BeliefStore) -> None:
         self._store = store
@@ -103,20 +103,6 @@ class Matcher:
         first = _join_order(positive, None)
         for bindings in self._joined(query, first, 0, {}, None, -1):
             self._complete(query, bindings, positive)
-
-    def remove(self, name: Name) -> None:
-        """Match the conditions of that name no longer."""
-        gone = [query for query in self._queries if query.name == name]
-        self._queries = [query for query in self._queries if query.name != name]
-        for positions in self._positions.values():
-            positions[:] = [one for one in positions if one[0] not in gone]
-        matches = {one for some in self._of_term.values() for one in some if one.query in gone}
-        for one in matches:
-            self._drop(one)
-        for refused in (*self._refusing.values(), *self._refusing_form.values()):
-            for one in [one for one in refused if one.query in gone]:
-                del refused[one]
-        self._changes = {key: one for key, one in self._changes.items() if one[0] not in gone}
 
     def told(self, term: Term) -> None:
         """Account for a term that is believed since now."""

@@ -235,9 +235,9 @@ class Mind:
         ]
         self._told_messages.extend(memory.told)
 
-    def hear(self, utterance: Utterance) -> bool:
+    def hear(self, utterance: Utterance, now_s: float) -> bool:
         """Believe in the next cycle that someone has said this; False if no condition may match it."""
-        self._told_messages.append(told_message(utterance, self._body.now_s))
+        self._told_messages.append(told_message(utterance, now_s))
         said = as_value(_message(utterance))
         if not any(unify(as_value(one), said) is not None for one in self._listens_to):
             return False

@@ -23,7 +23,6 @@ from robots.social.protocols import (
     CONTRACT_NET,
     INFORM,
     PROTOCOLS,
-    QUERY,
     ContractNetState,
     InteractionProtocol,
     Side,
@@ -115,6 +114,7 @@ class SocialLevel:
         :param within_s: how long an answer is awaited.
         :param ended: called once with how it ended.
         :param is_of_rules: the listener hears the answers.
+        :raises OutOfProtocol: if the protocol is not opened by this performative.
         """
         now_s = self._clock.now_s()
         conversation_id = conversation_id or uuid.uuid4().hex
@@ -189,10 +189,6 @@ class SocialLevel:
         self.conversations.add(conversation)
         self._opened[award.receiver, act.conversation_id] = lambda ending: None
         return conversation
-
-    def ask_abilities(self, receiver: str, *, within_s: float) -> Conversation:
-        """Ask another robot what it can do; the answer is kept in `acquaintances`."""
-        return self.say(Performative.QUERY_REF, receiver, Term(ABILITIES), protocol=QUERY, within_s=within_s)
 
     def step(self, arrived: Sequence[Message], robot: Situated) -> None:
         now_s = self._clock.now_s()

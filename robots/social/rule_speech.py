@@ -22,7 +22,7 @@ WITHIN_S = 60.0
 class Listener(Protocol):
     """The deliberative level, as far as it hears."""
 
-    def hear(self, utterance: Utterance) -> bool:
+    def hear(self, utterance: Utterance, now_s: float) -> bool:
         """Believe in the next cycle that someone has said this; False if no rule may match it."""
         ...
 
@@ -39,7 +39,8 @@ class RuleSpeech:
         def handle(heard: Heard) -> bool:
             content = as_rule_value(heard.content)
             return listener.hear(
-                Utterance(performative=heard.performative.value, other=heard.speaker, content=content)
+                Utterance(performative=heard.performative.value, other=heard.speaker, content=content),
+                heard.at_s,
             )
 
         self._level.listen(handle)

@@ -94,15 +94,3 @@ def test_incremental_matching_agrees_with_trying_every_belief(
             if number or step >= late:
                 assert known[number] == naive(conditions, kept, believed)
                 assert set(matcher.holding(("rule", number))) == known[number]
-
-
-def test_a_query_that_is_removed_is_matched_no_longer() -> None:
-    store = BeliefStore()
-    matcher = Matcher(store)
-    pattern = Term("p", (Variable("x"),))
-    for number in range(2):
-        matcher.add(("rule", number), Conditions((Literal(pattern, False, HERE),)), ("x",))
-    matcher.remove(("rule", 0))
-    store.adopt(Belief(term=Term("p", ("a",)), origin=Origin.ADOPTED, since_s=0.0))
-    matcher.told(Term("p", ("a",)))
-    assert [(one.query, one.holds) for one in matcher.changes()] == [(("rule", 1), True)]

@@ -70,7 +70,8 @@ class Rover:
         self.said.append(utterance)
 
     def tell(self, content: Value) -> None:
-        self.mind.hear(Utterance(performative="request", other="anna", content=content))
+        said = Utterance(performative="request", other="anna", content=content)
+        self.mind.hear(said, self.world.clock.now_s())
 
     def run_for(self, time_s: float) -> None:
         run_for(self.world, [self.service], time_s)
@@ -436,6 +437,9 @@ def test_what_was_said_is_told_whether_rules_take_it_or_not() -> None:
         ("request", "anna", "rest"),
     ]
     assert told[0].at_s == pytest.approx(1.0, abs=0.1)
+    rover.world.clock.advance(500.0)
+    rover.tell("rest")
+    assert rover.mind.told_messages[-1].at_s == rover.world.clock.now_s()
 
 
 def agent_of(name: str, *plans: str) -> str:

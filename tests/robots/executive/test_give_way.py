@@ -67,7 +67,7 @@ class Meeting:
                     performative=utterance.performative, other=profile.name, content=utterance.content
                 )
                 if other in self.minds and other not in deaf:
-                    self.minds[other].hear(heard)
+                    self.minds[other].hear(heard, self.world.clock.now_s())
                 return None
 
             mind = Mind(profile, load_repertoire(), [rules_of(text, "give_way.rules")], speak=speak)

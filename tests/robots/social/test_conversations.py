@@ -44,7 +44,8 @@ def told(message: Message) -> str:
 def test_a_robot_is_known_from_when_it_is_heard_with_what_it_says_that_it_can() -> None:
     air, fred, ginger = pair()
     assert fred.social.acquaintances.of("ginger") is None
-    fred.social.ask_abilities("ginger", within_s=10.0)
+    question = Term("abilities")
+    fred.social.say(Performative.QUERY_REF, "ginger", question, protocol=QUERY, within_s=10.0)
     air.run_for(3.0)
     known = fred.social.acquaintances.of("ginger")
     assert known is not None
