@@ -1,6 +1,7 @@
 """The loop inside a world's process: paces the simulation, answers its parent, ends with it."""
 
 import contextlib
+import gc
 import select
 import signal
 import traceback
@@ -77,10 +78,14 @@ class Channels:
 def run(order: WorldOrder, channels: Channels) -> None:
     """Build the world and run it until told to stop or the parent is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
+    gc.disable()  # it would scan what is being imported and built
     try:
         with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError, LinkClosed):
             get_compiled(SIMULATION, lambda doing: channels.control.send(Starting(doing)))
-            WorldLoop(order, channels, WallClock()).run()
+            world_loop = WorldLoop(order, channels, WallClock())
+            gc.freeze()  # keeps the collector from scanning the world and the libraries' objects again and again
+            gc.enable()
+            world_loop.run()
     except SimulationError as error:
         with contextlib.suppress(OSError):
             channels.control.send(Failed(str(error)))

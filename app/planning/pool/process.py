@@ -253,11 +253,13 @@ def _serve(make_engine: MakeEngine, pipe: Pipe, is_compiled: bool) -> None:
     # NOTE: while functions are compiled, an exception cannot unwind the stack: the compiler's callbacks drop it.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    gc.disable()  # it would scan what is being imported
     try:
         engine = make_engine(lambda doing: pipe.send(_Starting(doing)))
         signal.signal(signal.SIGTERM, _exit)
         os.nice(NICENESS)
         gc.freeze()  # keeps the collector from scanning the libraries' objects, 0.2 s each time
+        gc.enable()
         pipe.send(_Ready())
         while True:
             # NOTE: a stop order that arrives after its work has ended does not apply to the next work.

@@ -73,8 +73,8 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         ),
         pytest.param(
             "import app.cli.main, app.cli.serve, app.composition",
-            PHYSICS | COMPILER | PLANNER,
-            1756,
+            PHYSICS | COMPILER | PLANNER | {"alembic"},
+            1640,
             id="service",
         ),
         pytest.param(PLANNING, SIMULATION | DATABASE | SERVER, 770, id="planning process"),
