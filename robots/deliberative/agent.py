@@ -40,7 +40,7 @@ from robots.deliberative.terms import (
     unify,
     variables_in,
 )
-from robots.deliberative.vocabulary import EVENTS, FAILED, FULFILLED, ROLE, STARTUP
+from robots.deliberative.vocabulary import EVENTS, FAILED, FULFILLED, HOME, ME, ROLE, STARTUP
 from robots.errors import RuleError
 from robots.executive.breakpoints import HeldFiring
 from robots.executive.mind_memory import AgentMemory, BeliefMemory, CommitmentMemory
@@ -48,6 +48,7 @@ from robots.perception.percepts import NOTHING, Needs, Percepts
 
 MAX_COMMITMENTS = 256
 """Of one agent at a time; further ones are dropped (our choice)."""
+GIVEN = (ME, HOME, ROLE)
 KEPT_ENDED = 64
 """The last commitments that have ended, for people to read."""
 
@@ -210,9 +211,7 @@ class Agent:
 
     def memory(self) -> AgentMemory:
         """All that it believes and is committed to, between two cycles."""
-        firing = {
-            (one.query[1], one.key) for one in self._pending if one.query[0] == "rule" and one.holds
-        } | set(self._held)
+        firing = {(one.query[1], one.key) for one in self._pending if one.query[0] == "rule" and one.holds}
         return AgentMemory(
             beliefs=tuple(
                 BeliefMemory(
@@ -243,6 +242,7 @@ class Agent:
                 for key in self._matcher.holding(("rule", number))
                 if (number, key) not in firing
             ),
+            held=tuple((number, stored_key(key)) for number, key in self._held),
             events=tuple(map(stored, self._events)),
             intended=tuple((stored(term), adopts, source) for term, adopts, source in self._intended),
             outcomes=tuple(map(stored, self._outcomes)),
@@ -256,18 +256,21 @@ class Agent:
 
         :raises RuleError: if the memory is of an agent with other rules.
         """
+        given = [one for one in self.beliefs if _is_given(one)]
         for belief in list(self.beliefs):
             self._cease(belief.term)
         for one in memory.beliefs:
-            self._believe(
-                Belief(
-                    term=restored_term(one.term),
-                    origin=Origin(one.origin),
-                    source=one.source,
-                    since_s=one.since_s,
-                    words=one.words,
-                )
+            belief = Belief(
+                term=restored_term(one.term),
+                origin=Origin(one.origin),
+                source=one.source,
+                since_s=one.since_s,
+                words=one.words,
             )
+            if not _is_given(belief) or any(belief.term == now.term for now in given):
+                self._believe(belief)
+        for now in given:  # what the robot is told of itself may be otherwise here
+            self._believe(now)
         settled = {(number, restored_key(key)) for number, key in memory.settled}
         self._matcher.changes()
         self._pending = [
@@ -276,6 +279,7 @@ class Agent:
             for key in self._matcher.holding(("rule", number))
             if (number, key) not in settled
         ]
+        self._held = [(number, restored_key(key)) for number, key in memory.held]
         self._events = [restored_term(one) for one in memory.events]
         self._intended = [(restored_term(term), adopts, why) for term, adopts, why in memory.intended]
         self._outcomes = [restored_term(one) for one in memory.outcomes]
@@ -550,6 +554,11 @@ class Agent:
         ]
         live = [self._rules[number].while_live for number, _ in self._live]
         self._demanded = frozenset[int]().union(*numbers, *live)
+
+
+def _is_given(belief: Belief) -> bool:
+    """True for what a robot is told of itself when its software is made."""
+    return belief.origin is Origin.INITIAL and belief.term.functor in GIVEN
 
 
 def _may_be(term: Term, belief: Term) -> bool:

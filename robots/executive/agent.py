@@ -176,9 +176,13 @@ class BehaviouralAgent:
             agents=() if mind is None else mind.told(),
         )
 
-    def memory(self) -> RobotMemory:
-        """The state to restore after a power failure; to be called between two ticks. A mind at rest is kept whole."""
-        return RobotMemory(mind=self._mind_memory(is_whole=self._embodiment.rests), body=self._body_memory())
+    def memory(self, *, is_whole: bool = False) -> RobotMemory:
+        """The state to restore after a power failure; to be called between two ticks. A mind at rest is kept whole.
+
+        :param is_whole: with commitments and conversations, for the same robot's software that is made anew.
+        """
+        is_whole = is_whole or self._embodiment.rests
+        return RobotMemory(mind=self._mind_memory(is_whole=is_whole), body=self._body_memory())
 
     @property
     def embodiment(self) -> EmbodimentMemory:

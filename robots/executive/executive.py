@@ -12,6 +12,7 @@ from robots.executive.memory import (
     DelegatedMemory,
     ExecutiveMemory,
     NewsMemory,
+    OwnMemory,
     ScriptMemory,
     SteeringMemory,
 )
@@ -421,6 +422,7 @@ class Executive:
             lasted_s={tag: tuple(lasted) for tag, lasted in self._lasted.items()},
             end_reason=self.end_reason,
             own_reason=self.own_reason,
+            own=None if self._own is None else self._own.memory(),
             news=tuple(NewsMemory(tag=one.tag, state=one.state, events=one.events) for one in self.news),
         )
         return self.memory().model_copy(update={"steering": steering})
@@ -453,6 +455,18 @@ class Executive:
             return
         for run, packet in zip(self._runs, memory.script.packets, strict=True):
             run.recall(packet)
+        if memory.steering is not None and (own := memory.steering.own) is not None:
+            self._recall_own(own)
+
+    def _recall_own(self, memory: OwnMemory) -> None:
+        """Go on with own packets between the script's; those that no longer fit the repertoire are cancelled."""
+        try:
+            own = OwnPackets(memory.script, *self._prepare(memory.script))
+        except RepertoireError:
+            self._states.note(memory.script.id, ScriptState.CANCELLED)
+            return
+        own.recall(memory)
+        self._own = own
 
     def retune(self, repertoire: Repertoire) -> None:
         """Use this repertoire from the next packet on.

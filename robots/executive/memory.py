@@ -76,10 +76,19 @@ class NewsMemory(Checked):
     events: tuple[str, ...] = ()
 
 
+class OwnMemory(Checked):
+    """Own packets between those of the script: which of them runs, the progress of each, and how long they may last."""
+
+    script: BehaviourScript
+    index: int = Field(ge=0)
+    packets: tuple[PacketMemory, ...]
+    left_s: float
+
+
 class SteeringMemory(Checked):
     """What rules have made of the current script: for how long it stays suspended at most, None if it is not; how often
     packets were begun again, by their ids; how long those that have finished have acted, by tag; why the last script,
-    and the last own packets between a script's, have ended; and what rules have not taken yet.
+    and the last own packets between a script's, have ended; what rules have not taken yet; and own packets that run.
     """
 
     suspended_s: float | None = None
@@ -88,6 +97,7 @@ class SteeringMemory(Checked):
     end_reason: str = ""
     own_reason: str = ""
     news: tuple[NewsMemory, ...] = ()
+    own: OwnMemory | None = None
 
 
 class ExecutiveMemory(Checked):

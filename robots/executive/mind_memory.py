@@ -118,15 +118,16 @@ class BeliefMemory(Checked):
 class AgentMemory(Checked):
     """An agent between two cycles: its beliefs, oldest first, and commitments, oldest first.
 
-    `settled`: the rules that hold, with the values of their variables, and have made their commitments; `events`:
-    beliefs that end with the next cycle; `intended`: terms to adopt (True) or retract in it, and for what rule;
-    `outcomes`: events of it; `sensed`: what perceptors read last, with words; `known`: what the robot knew of itself;
-    `count`: of its commitments so far.
+    `settled`: the rules that hold, with the values of their variables, and have made their commitments; `held`:
+    likewise those that a breakpoint holds back; `events`: beliefs that end with the next cycle; `intended`: terms to
+    adopt (True) or retract in it, and for what rule; `outcomes`: events of it; `sensed`: what
+    perceptors read last, with words; `known`: what the robot knew of itself; `count`: of its commitments so far.
     """
 
     beliefs: tuple[BeliefMemory, ...] = ()
     commitments: tuple[CommitmentMemory, ...] = ()
     settled: tuple[tuple[int, tuple[Any, ...]], ...] = ()
+    held: tuple[tuple[int, tuple[Any, ...]], ...] = ()
     events: tuple[Any, ...] = ()
     intended: tuple[tuple[Any, bool, str], ...] = ()
     outcomes: tuple[Any, ...] = ()

@@ -6,6 +6,7 @@ which the script relies, and run while the robot holds something only if they ar
 
 from collections.abc import Sequence
 
+from robots.executive.memory import OwnMemory
 from robots.executive.packet_run import Outcome, PacketRun
 from robots.executive.sensing_plan import BehaviourState, StateMachine
 from robots.perception.percepts import GRIP, NOTHING, Percepts
@@ -26,6 +27,21 @@ class OwnPackets:
         self._machine = machine
         self._index = 0
         self._left_s = AT_MOST_S
+
+    def memory(self) -> OwnMemory:
+        return OwnMemory(
+            script=self.script,
+            index=self._index,
+            packets=tuple(run.memory() for run in self._runs),
+            left_s=self._left_s,
+        )
+
+    def recall(self, memory: OwnMemory) -> None:
+        """Go on from there; of the same script."""
+        self._index = memory.index
+        self._left_s = memory.left_s
+        for run, packet in zip(self._runs, memory.packets, strict=True):
+            run.recall(packet)
 
     @property
     def current(self) -> PacketRun:

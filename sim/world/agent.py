@@ -24,7 +24,9 @@ class Agent(Protocol):
 class HasMemory(Protocol):
     """An agent that can be resumed after a restart."""
 
-    def memory(self) -> RobotMemory: ...
+    def memory(self, *, is_whole: bool = False) -> RobotMemory:
+        """:param is_whole: with what does not outlive a power failure."""
+        ...
 
 
 @runtime_checkable

@@ -70,7 +70,9 @@ class Makeup(NamedTuple):
 
 
 class Memories(NamedTuple):
-    """Asks for the agents' memories."""
+    """Asks for the agents' memories. `is_whole`: with what does not outlive a power failure."""
+
+    is_whole: bool
 
 
 class BreakAt(NamedTuple):
@@ -98,7 +100,9 @@ class AgentGroup(Protocol):
 
     def finish_tick(self) -> None: ...
 
-    def begin_memories(self) -> None: ...
+    def begin_memories(self, *, is_whole: bool) -> None:
+        """:param is_whole: with what does not outlive a power failure."""
+        ...
 
     def finish_memories(self) -> Mapping[str, RobotMemory]: ...
 
@@ -124,6 +128,7 @@ class LocalGroup:
         self.kept = frozenset(kept)
         """The agents that go on."""
         self._setups = {setup.spec.name: setup for setup in setups}
+        self._is_whole = False
         self.agents: dict[str, Agent] = {
             name: kept.get(name) or make_agent(setup) for name, setup in self._setups.items()
         }
@@ -148,11 +153,15 @@ class LocalGroup:
     def finish_tick(self) -> None:
         """Done already."""
 
-    def begin_memories(self) -> None:
-        """Nothing to ask."""
+    def begin_memories(self, *, is_whole: bool) -> None:
+        self._is_whole = is_whole
 
     def finish_memories(self) -> Mapping[str, RobotMemory]:
-        return {name: agent.memory() for name, agent in self.agents.items() if isinstance(agent, HasMemory)}
+        return {
+            name: agent.memory(is_whole=self._is_whole)
+            for name, agent in self.agents.items()
+            if isinstance(agent, HasMemory)
+        }
 
     def break_at(self, rules: Mapping[str, frozenset[str]]) -> None:
         for name, agent in self.agents.items():
@@ -210,8 +219,8 @@ class RemoteGroup:
             for message in sent:
                 link.send(message)
 
-    def begin_memories(self) -> None:
-        self._send(Memories())
+    def begin_memories(self, *, is_whole: bool) -> None:
+        self._send(Memories(is_whole))
 
     def finish_memories(self) -> Mapping[str, RobotMemory]:
         memories: Mapping[str, RobotMemory] = self._answer()
@@ -299,6 +308,7 @@ class _FarGroup:
 
     def answer(self, order: Tick | Memories | AskHalts) -> object:
         if isinstance(order, Memories):
+            self._agents.begin_memories(is_whole=order.is_whole)
             return self._agents.finish_memories()
         if isinstance(order, AskHalts):
             return self._agents.halts(order.robots)

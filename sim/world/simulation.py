@@ -189,13 +189,13 @@ class Simulation:
         """Go on in a changed world; between two control cycles.
 
         The world is resumed from its snapshot: what was there goes on, what is new is placed as at a start. Robots'
-        software goes on with all that it has in mind if nothing but its body has changed, as after a restart otherwise.
+        software goes on with all that it has in mind.
 
         :param minds: of robots that were not simulated before, the texts of the documents that their own software has
             handed over (`robots.executive.hand_over`).
         :raises Exception: whatever making the changed world raises; the present one then goes on.
         """
-        snapshot = self.snapshot()
+        snapshot = self.snapshot(is_whole=True)
         before = self._edition
         self._edition = edition
         try:
@@ -216,12 +216,15 @@ class Simulation:
         due = [one for one in self.world.deliveries if one.after_s <= now_s and one.name not in made]
         taken = {self._sample_truth(one).place for one in self._samples} if due else set()
         if new := {one.name for one in due if one.at not in taken}:
-            snapshot = self.snapshot()
+            snapshot = self.snapshot(is_whole=True)
             self._delivered |= new
             self._rebuild(snapshot)
 
-    def snapshot(self) -> WorldSnapshot:
-        """Everything needed to resume from here; to be taken between two steps."""
+    def snapshot(self, *, is_whole: bool = False) -> WorldSnapshot:
+        """Everything needed to resume from here; to be taken between two steps.
+
+        :param is_whole: robots' memories have what does not outlive a power failure, too.
+        """
         return WorldSnapshot(
             run=self.run,
             digest=self._digest,
@@ -245,7 +248,7 @@ class Simulation:
             bodies={name: body.state() for name, body in self.bodies.items()},
             streams={name: StreamState.of(rng) for name, rng in self._rngs.items()},
             touched=frozenset(self._touched),
-            robots=self._memories(),
+            robots=self._memories(is_whole=is_whole),
             peripherals=self.peripherals.snapshot(),
             foreign=self._foreign.snapshot(),
         )
@@ -371,9 +374,9 @@ class Simulation:
         for group in self._groups:
             group.finish_tick()
 
-    def _memories(self) -> dict[str, RobotMemory]:
+    def _memories(self, *, is_whole: bool) -> dict[str, RobotMemory]:
         for group in self._groups:
-            group.begin_memories()
+            group.begin_memories(is_whole=is_whole)
         return {name: memory for group in self._groups for name, memory in group.finish_memories().items()}
 
     def _agent_setup(self, spec: RobotSpec, memory: RobotMemory | None) -> AgentSetup:

@@ -133,17 +133,20 @@ def test_an_image_reaches_an_agent_in_another_process_as_it_was_taken() -> None:
 def test_breakpoints_hold_in_every_process_and_in_a_changed_world() -> None:
     document = WORLD.model_dump(mode="json")
     for robot in document["robots"]:
-        robot["rules"] = {"guard": "AGENT guard;\nBELIEF(startup) => COMMIT(adoptBelief(on_duty));\n"}
+        rules = "AGENT guard;\nBELIEF(startup) => COMMIT(adoptBelief(on_duty));\n"
+        rules += "BELIEF(on_duty) => COMMIT(adoptBelief(awake));\n"
+        robot["rules"] = {"guard": rules}
     world = WorldFile.model_validate(document)
     simulation = Simulation(world, make_agent=behavioural_agent, seed=2, processes=2)
     names = [spec.name for spec in world.robots]
-    simulation.break_at({names[0]: frozenset({"guard:2"}), names[-1]: frozenset({"guard:2"})})
-    for _ in range(2):
+    both = frozenset({"guard:2", "guard:3"})
+    simulation.break_at({names[0]: both, names[-1]: both})
+    for rule in ("guard:2", "guard:3"):
         simulation.step_control_cycle()
         held = simulation.halts()
         assert [(one.robot, [firing.rule for firing in one.firings]) for one in held] == [
-            (names[0], ["guard:2"]),
-            (names[-1], ["guard:2"]),
+            (names[0], [rule]),
+            (names[-1], [rule]),
         ]
         slower = [{**one, "speed_m_s": 0.3} for one in document["robots"]]
         anew = WorldFile.model_validate({**document, "robots": slower})  # their software is made anew

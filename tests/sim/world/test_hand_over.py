@@ -23,6 +23,7 @@ from robots.wire import (
     ScriptState,
 )
 from robots.world import load_world
+from sim.world.agent import HasRules
 from tests.sim.world.test_changed_world import to_the_door
 
 FILE = load_world("sample_store")
@@ -187,6 +188,45 @@ def minds_eye(crossing: Crossing) -> tuple[set[str], list[str], int]:
     adopted = {one.term for one in agent.beliefs if one.origin == "adopted"}
     live = [one.state for one in agent.commitments if one.ended_s is None]
     return adopted, live, rules.agents["clerk"].count
+
+
+TURNER = """AGENT turner;
+ACTUATOR activate;
+BELIEF(packet(NAVIGATE, running)) => COMMIT(SEQ(activate(TURN_LEFT()), adoptBelief(turned)));
+"""
+
+
+def test_the_other_robots_go_on_with_their_commitments_when_one_leaves_the_simulation() -> None:
+    crossing = Crossing()
+    with crossing.runner:
+        for rules, name in ((CLERK, "clerk"), (TURNER, "turner")):
+            robot = "yard_2" if name == "clerk" else ROBOT
+            crossing.runner.tell(robot, Performative.REQUEST, RuleSet(version=3, files={name: rules}))
+        crossing.run(2.0)
+        crossing.runner.send([to_the_door(ROBOT)])
+        crossing.run(0.5)
+        before = told(crossing, ROBOT), told(crossing, "yard_2")
+        assert before == (([], ["active"]), (["begun"], ["active"]))
+        crossing.runner.exchange("store_2", REAL, {})
+        crossing.run(0.1)
+        assert (told(crossing, ROBOT), told(crossing, "yard_2")) == before
+        crossing.run(2.0)
+        assert told(crossing, "yard_2") == (["done"], []), "what has passed of the delay counts"
+        crossing.finish()
+        assert told(crossing, ROBOT) == (["turned"], [])
+        remarks = [one.detail for one in crossing.runner.reports if one.state is PacketState.RUNNING]
+        stood, went_on = [one for one in remarks if "TURN_LEFT" in one]
+        assert stood == "NAVIGATE stands for TURN_LEFT of turner:3"
+        assert went_on.startswith("NAVIGATE goes on, TURN_LEFT has finished")
+
+
+def told(crossing: Crossing, robot: str) -> tuple[list[str], list[str]]:
+    """What a simulated robot's agent has adopted as beliefs, and the states of its commitments."""
+    agent = crossing.runner.simulation.agents[robot]
+    assert isinstance(agent, HasRules)
+    (one,) = agent.halt_report().agents
+    adopted = [belief.term for belief in one.beliefs if belief.origin == "adopted"]
+    return adopted, [made.state for made in one.commitments if made.ended_s is None]
 
 
 def test_only_the_program_that_has_the_mind_speaks_and_acts() -> None:
