@@ -267,6 +267,9 @@ interface Plan {
   comparison?: string;
   lanes: Record<string, [start_s: number, end_s: number, tag: string][]>;
   late?: { goal: Fact; late_s: number }[];
+  value?: number | null;
+  value_bound?: number | null;
+  left_out?: { goal: Fact; value: number; reason: string }[];
   forecast?: PlanForecast | null;
   on_time?: number | null;
   overtaken?: string[];

@@ -10,7 +10,12 @@ from app.domain.errors import Invalid
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import GoalIssue, blocking, check_request
 from app.domain.goal_language.completion import span_of
-from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, check_constraints
+from app.domain.goal_language.constraints import (
+    MAX_WORTH,
+    UNCONSTRAINED,
+    Constraints,
+    check_constraints,
+)
 from app.domain.goal_language.grammar import Clarification, Understood, understand
 from app.domain.goal_language.hold_checks import check_holds, emptying_goals
 from app.domain.goal_language.roles import with_players
@@ -63,12 +68,17 @@ def read_goals(
     sentences: Sequence[str],
     knowledge_base: KnowledgeBase,
     verbs: Verbs | None = None,
+    optional: Sequence[str] = (),
 ) -> StatedGoals:
     """What sentences or facts ask for; a location with several berths is replaced by a free berth.
 
+    :param optional: goals that may be left out, each as `VALUE: GOAL`.
     :param verbs: of the sentences; default: those that ship with Macta.
     :raises Invalid: if one is malformed, unknown or impossible in the world; names the thing and the choices.
     """
+    valued = [_valued(one) for one in optional]
+    worth: list[float | None] = [*(None for _ in sentences), *(value for value, _ in valued)]
+    sentences = [*sentences, *(sentence for _, sentence in valued)]
     stated = [_stated(sentence, world, facts, verbs) for sentence in sentences]
     constraints = UNCONSTRAINED
     for one in stated:
@@ -81,7 +91,11 @@ def read_goals(
     emptying, emptied = _emptying(holds, goals, world, facts, constraints)
     goals += emptying
     stages += [0] * len(emptying)
-    constraints = constraints.model_copy(update={"stages": tuple(stages)})
+    values = [value for one, value in zip(stated, worth, strict=True) for _ in one.goals]
+    values += [None] * len(emptying)
+    constraints = constraints.model_copy(
+        update={"stages": tuple(stages), "worth": tuple(values) if valued else ()}
+    )
     dues = [one.due for one in stated if one.due is not None]
     if len(dues) > 1:
         raise Invalid("several goals state a deadline; say one", code="two-deadlines")
@@ -95,7 +109,8 @@ def read_goals(
         )
     applied = constraints.in_world(world)
     of_robots, staged = with_players(goals, constraints.stages, world)
-    constraints = constraints.model_copy(update={"stages": staged})
+    _, worth_of_robots = with_players(goals, constraints.worth, world)
+    constraints = constraints.model_copy(update={"stages": staged, "worth": worth_of_robots})
     return StatedGoals(
         goals=assign_berths(of_robots, world, facts, avoid=applied.avoided | applied.kept_empty),
         constraints=constraints,
@@ -103,6 +118,25 @@ def read_goals(
         readings=[*(reading for one in stated for reading in one.readings), *emptied],
         holds=[HoldPreview.of(hold, _now()) for hold in holds],
     )
+
+
+def _valued(stated: str) -> tuple[float, str]:
+    """The value and the sentence of an optional goal.
+
+    :raises Invalid: if it has no value above 0.
+    """
+    value, _, sentence = stated.partition(":")
+    try:
+        worth = float(value)
+    except ValueError:
+        worth = 0.0
+    if not (0 < worth <= MAX_WORTH and sentence.strip()):
+        raise Invalid(
+            f"--optional {stated!r}: say what the goal is worth, a number above 0, a colon, and the goal, "
+            "as in '5: move sample_1 to bay_7'",
+            code="value-needed",
+        )
+    return worth, sentence.strip()
 
 
 def _together(

@@ -113,6 +113,12 @@ def demo(
 @app.command()
 def plan(
     goal: Annotated[list[str] | None, typer.Option(help="Goal, as a sentence or fact; repeatable.")] = None,
+    optional: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Goal that may be left out, with what it is worth: '5: move sample_1 to bay_7'; repeatable."
+        ),
+    ] = None,
     world: World = None,
     pack: PackNames = None,
     time_limit: Annotated[float, typer.Option(min=0.1, help="Planning time limit, in seconds.")] = 30.0,
@@ -157,10 +163,10 @@ def plan(
     extras = ExtrasRequest(alternatives=alternatives, explanation=explain)
     with reported_errors():
         request = PlanningRequest(time_limit_s=time_limit, effort_s=effort, objective=Objective(objective))
-        if domain and problem and not (goal or pddl or knowledge_base or deadline):
+        if domain and problem and not (goal or optional or pddl or knowledge_base or deadline):
             given = (domain, problem, agent or [], request)
             raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, extras=extras))
-        if domain or problem or agent or not goal:
+        if domain or problem or agent or not (goal or optional):
             fail("give --goal, or --domain and --problem with --agent if need be")
         packs = packs_of(pack)
         base = packs.knowledge_base() if knowledge_base is None else load_knowledge_base(knowledge_base)
@@ -168,7 +174,7 @@ def plan(
             run(
                 named_world(world, packs, base),
                 base,
-                goal,
+                goal or [],
                 request,
                 engine_name=engine,
                 as_json=json,
@@ -177,6 +183,7 @@ def plan(
                 pddl=pddl,
                 verbs=packs.verbs(),
                 perceives=read_repertoire(packs.packets).senses,
+                optional=optional or (),
             )
         )
 

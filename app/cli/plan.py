@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -38,6 +39,7 @@ from planner.explanation import explain
 from planner.interchange.foreign import ReadProblem, import_problem
 from planner.interchange.pddl import Form, pddl_of
 from planner.plan_nets.completion import forecast
+from planner.problem.optional_goals import with_goals_of
 from robots.compilation import compile_once, is_compiled, uncompiled
 from robots.world import WorldFile
 
@@ -91,11 +93,12 @@ class ExtrasRequest:
             return PlanExtras()
         others = None
         explained = None
+        of_plan = with_goals_of(result.plan_net, problem)
         if self.alternatives:
             found = alternatives(
                 engine,
                 knowledge_base,
-                problem,
+                of_plan,
                 request,
                 observer,
                 k=self.alternatives,
@@ -112,7 +115,7 @@ class ExtrasRequest:
                 for one in found
             )
         if self.explanation:
-            why = explain(result.plan_net, problem, knowledge_base, engine, request, observer)
+            why = explain(result.plan_net, of_plan, knowledge_base, engine, request, observer)
             explained = ExplanationBody.of(why, knowledge_base)
         return PlanExtras(alternatives=others, explanation=explained)
 
@@ -133,6 +136,7 @@ def plan(
     pddl: Path | None = None,
     verbs: Verbs | None = None,
     perceives: Perceives | None = None,
+    optional: Sequence[str] = (),
 ) -> int:
     """Print the plan-net; 0 if there is one or nothing is to be done, 1 if not. Ctrl-C takes the best one so far.
 
@@ -141,11 +145,14 @@ def plan(
     :param pddl: a folder to write the problem to as PDDL before it is planned.
     :param verbs: of the sentences; default: those that ship with Macta.
     :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
+    :param optional: goals that may be left out, each as `VALUE: GOAL`.
     :raises Invalid: if a goal is malformed or impossible (with `as_json` also printed), or the engine does not
         exist.
     """
     try:
-        stated = read_goals(world, initial_facts(world, knowledge_base), sentences, knowledge_base, verbs)
+        stated = read_goals(
+            world, initial_facts(world, knowledge_base), sentences, knowledge_base, verbs, optional
+        )
         if stated.due is not None and deadline_s is not None:
             raise Invalid("a goal states a deadline, and so does --deadline; say one", code="two-deadlines")
     except Invalid as refusal:

@@ -55,12 +55,24 @@ def show_plan(console: Console, plan: PlanBody) -> None:
         show_repairs(console, plan.repairs)
     for late in plan.late:
         console.print(f"[bold red]{escape(str(late.goal))}[/] comes {late.late_s:.0f} s after its deadline")
+    for left_out in plan.left_out:
+        console.print(
+            f"[bold]Left out[/], worth {left_out.value:g}: {escape(f'{left_out.goal}: {left_out.reason}')}"
+        )
+    if plan.value is not None:
+        console.print(f"Optional goals achieved are worth {plan.value:g}{_value_gap(plan)}")
     if plan.forecast is not None:
         for line in _forecast(plan.forecast):
             console.print(line)
     figures = (f"[bold]{plan.makespan_s:.0f} s[/]{_gap(plan)}", _effort(plan.distance_m, plan.energy_j))
     expected = ", ".join(filter(None, figures))
     console.print(f"Expected to take {expected}; planned by {plan.engine} in {plan.planning_s:.2f} s.\n")
+
+
+def _value_gap(plan: PlanBody) -> str:
+    if plan.value is None or plan.value_bound is None or plan.value_bound <= plan.value:
+        return " (no choice is worth more)"
+    return f" (none is worth more than {plan.value_bound:g})"
 
 
 def _forecast(likely: ForecastBody) -> Iterator[str]:

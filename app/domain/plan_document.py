@@ -18,6 +18,7 @@ from planner import (
     GoalForecast,
     Keeping,
     KnowledgeBase,
+    LeftOut,
     Ordering,
     OrderingReason,
     PlanNet,
@@ -89,6 +90,14 @@ class LateGoalBody(PlanPart):
 
     goal: SymbolicFact
     late_s: float
+
+
+class LeftOutBody(PlanPart):
+    """An optional goal that the plan does not achieve."""
+
+    goal: SymbolicFact
+    value: float = Field(description="what it is worth")
+    reason: str = Field(description="why it is left out")
 
 
 class GoalForecastBody(PlanPart):
@@ -216,6 +225,16 @@ class PlanBody(PlanPart):
         default=(), description="a longest chain of actions: what the makespan is made of"
     )
     late: tuple[LateGoalBody, ...] = ()
+    value: float | None = Field(
+        default=None, description="what its optional goals are worth together; null without any"
+    )
+    value_bound: float | None = Field(
+        default=None,
+        description="no choice of optional goals that may have a plan is worth more; above `value` if the time was up",
+    )
+    left_out: tuple[LeftOutBody, ...] = Field(
+        default=(), description="optional goals that it does not achieve, most worth first"
+    )
     forecast: ForecastBody | None = Field(
         default=None, description="null for plans that earlier versions have recorded"
     )
@@ -291,13 +310,31 @@ class PlanBody(PlanPart):
         """
         if result.plan_net is None:
             raise ValueError(f"no plan in a result that is {result.status}: {result.reason}")
+        left_out = [
+            LeftOutBody(goal=symbolic(one.goal, knowledge_base), value=one.value, reason=one.reason)
+            for one in result.left_out
+        ]
+        named = (*_facts_of(result.plan_net), *(one.goal for one in result.left_out))
         return cls.of_plan_net(
             result.plan_net,
             knowledge_base,
             engine=result.engine,
             planning_s=result.planning_s,
             lower_bound_s=result.lower_bound_s,
+            value=result.value,
+            value_bound=result.value_bound,
+            left_out=left_out,
+            objects=types_in(named, knowledge_base),
             **particulars,
+        )
+
+    def left_out_goals(self, knowledge_base: KnowledgeBase) -> tuple[LeftOut, ...]:
+        """The optional goals that it leaves out, as planning has told them."""
+        return tuple(
+            LeftOut(
+                goal=planner_fact(one.goal, knowledge_base, self.objects), value=one.value, reason=one.reason
+            )
+            for one in self.left_out
         )
 
     def to_plan_net(self, knowledge_base: KnowledgeBase) -> PlanNet:

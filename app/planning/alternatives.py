@@ -30,6 +30,7 @@ from app.store import GoalRow, PlanRow
 from app.store.records import lock_goal
 from app.workflows import FIND_ALTERNATIVES
 from planner import PlanningResult, PlanningStatus
+from planner.problem.optional_goals import with_goals_of
 
 FIRST = "proposed first"
 """The label of the proposed plan if it is best at nothing among the alternatives."""
@@ -123,17 +124,22 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
         built = self._problems.build(session, goal)
         request = self._limits.request(PlanningWish.from_json(goal.limits))
         body = PlanBody.model_validate(session.get_one(PlanRow, goal.plan_id).body)
+        plan_net = body.to_plan_net(self._knowledge_base)
+        problem = with_goals_of(plan_net, built.problem)
         work = AlternativesWork(
             knowledge_base=self._knowledge_base,
-            problem=built.problem,
+            problem=problem,
             request=request,
             count=(goal.alternatives or {})["count"],
             proposed=PlanningResult(
                 status=PlanningStatus.SOLVED,
                 engine=body.engine,
                 planning_s=body.planning_s,
-                plan_net=body.to_plan_net(self._knowledge_base),
+                plan_net=plan_net,
                 lower_bound_s=body.lower_bound_s,
+                value=body.value,
+                value_bound=body.value_bound,
+                left_out=body.left_out_goals(self._knowledge_base),
             ),
         )
         return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s)

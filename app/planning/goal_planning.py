@@ -121,6 +121,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         request = self._limits.request(PlanningWish.from_json(goal.limits))
         if self._tenders is not None and goal.allocation == Allocation.CONTRACT_NET:
             return self._tendered(goal, built, request, self._tenders)
+        if built.problem.values:
+            expired = None  # which goals are worth it is decided anew
         if expired is None:
             work: PlanWork | RepairWork = PlanWork(problem=built.problem, request=request)
         else:

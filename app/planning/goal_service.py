@@ -111,8 +111,11 @@ class _Stated(Understood):
     ) -> "_Stated":
         stages = said.constraints.stages
         constraints = said.constraints
+        worth = said.constraints.worth
         if stages and emptying:
             constraints = constraints.model_copy(update={"stages": (*stages, *(0 for _ in emptying))})
+        if worth and emptying:
+            constraints = constraints.model_copy(update={"worth": (*worth, *(None for _ in emptying))})
         return cls(
             goals=(*said.goals, *emptying),
             constraints=constraints,
@@ -189,6 +192,11 @@ class GoalService:
             if stated.holds:  # until the commit no mission begins that puts something there
                 self._facts.lock(session, world.name)
             goals = stated.goals
+            if request.allocation is Allocation.CONTRACT_NET and stated.constraints.has_optional_goals:
+                raise Invalid(
+                    "robots do not bid for optional goals; leave out worth, or allocation",
+                    code="optional-goals-not-tendered",
+                )
             _refuse(self._issues(session, stated, world, facts), request.text or "")
             deadline_s = self._deadline_s(world.name, request.deadline_s, stated.due)
             row = GoalRow(

@@ -43,6 +43,7 @@ from app.store.roles import with_roles_in_force, withheld_tags
 from app.store.standing_holds import standing_holds
 from app.store.world_summary import summary_of
 from planner import Fact, Numbers, PlanNet, PlanningProblem, Spread, Spreads, scale_term
+from planner.problem.optional_goals import with_goals_of
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import RoleSpec, WorldFile
@@ -161,7 +162,8 @@ class ProblemBuilder:
         within = applied.keeping_empty(held_places(holds))
         facts_of_goal = [SymbolicFact.model_validate(fact) for fact in goal.goal]
         stated, in_order = with_players(facts_of_goal, constraints.stages, played)
-        constraints = constraints.model_copy(update={"stages": in_order})
+        _, worth = with_players(facts_of_goal, constraints.worth, played)
+        constraints = constraints.model_copy(update={"stages": in_order, "worth": worth})
         kept_off = union_of([reserved, Reservation(locations=within.avoided | within.kept_empty)])
         wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
@@ -169,6 +171,10 @@ class ProblemBuilder:
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted if is_known)
         facts = self._facts.counting_for(session, goal.world, goals, since_s=_begun_s(session, goal))
         stages = constraints.stages_of(goals) if is_known else {}
+        values = constraints.values_of(goals) if is_known else {}
+        if values and goal.mission_id is not None:  # what its plan has left out is not taken up again
+            goals = self._planned_goals(session, goal, goals)
+            values = {}
         facts |= self._knowledge_base.compared(numbers)
         unavailable = {
             **self._resting(numbers),
@@ -199,7 +205,7 @@ class ProblemBuilder:
             perceives=self._perceives,
             is_held=goal.mission_id is not None,
         )
-        problem = replace(problem, stages=stages, numbers=numbers, spreads=spreads_of(learned))
+        problem = replace(problem, stages=stages, numbers=numbers, spreads=spreads_of(learned), values=values)
         built_at_s = self._clocks[goal.world].now_s()
         issues = blocking(check_request(stated, constraints, played, facts, self._knowledge_base))
         return GoalProblem(
@@ -234,11 +240,17 @@ class ProblemBuilder:
         return CurrentProblem(
             goal=goal,
             plan_net=net,
-            problem=built.problem if is_current else built.withheld.whole,
+            problem=with_goals_of(net, built.problem if is_current else built.withheld.whole),
             is_current=is_current,
             world_version=built.world_version,
             roles=built.roles if is_current else {},
         )
+
+    def _planned_goals(self, session: Session, goal: GoalRow, goals: tuple[Fact, ...]) -> tuple[Fact, ...]:
+        """Those of the goals that the plan of the goal's mission achieves."""
+        plan = session.get_one(PlanRow, session.get_one(MissionRow, goal.mission_id).plan_id)
+        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+        return tuple(one for one in goals if one in net.goals)
 
     def _resting(self, numbers: Numbers) -> Mapping[str, str]:
         """The robots whose battery is known to be too low, though they may be silent now."""

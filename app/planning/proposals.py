@@ -80,7 +80,7 @@ class Proposals:
             goal_id=goal.id,
             world=goal.world,
             state=PlanState.PROPOSED,
-            reason=self._lateness(goal, body),
+            reason="; ".join(filter(None, (self._lateness(goal, body), _omissions(body)))),
             body=body.model_dump(mode="json"),
             world_version=built.world_version,
             duration_factors={key_of(kind): factor for kind, factor in built.factors.items()},
@@ -105,6 +105,12 @@ class Proposals:
         )
         late_s = ceil(self._clocks[goal.world].now_s() + achieved_s - goal.deadline_at_s)
         return f"ends {late_s} s after the deadline" if late_s > 0 else ""
+
+
+def _omissions(plan: PlanBody) -> str:
+    """The optional goals that the plan leaves out, in words; empty if there are none."""
+    left_out = ", ".join(f"{one.goal} ({one.reason})" for one in plan.left_out)
+    return f"leaves out {left_out}" if left_out else ""
 
 
 WITHOUT_BODY = defer(PlanRow.body, raiseload=True)

@@ -7,6 +7,7 @@ from importlib.metadata import EntryPoint
 from planner.engines.fast_downward import FastDownwardEngine, find_programs
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.engines.on_time import OnTimeEngine
+from planner.engines.oversubscription import OversubscriptionEngine
 from planner.engines.package_engine import MakeEngine, PackageEngine, package_engines
 from planner.engines.peripherals import PeripheralEngine
 from planner.engines.portfolio import Portfolio
@@ -70,12 +71,11 @@ def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
 
 
 def _whole(engine: PlanningEngine, knowledge_base: KnowledgeBase) -> PlanningEngine:
-    """The engine with what it need not know of: recruits, stages, doors, hatches and lifts, chances to be in time."""
+    """The engine with what it need not know of: recruits, stages, doors and lifts, being in time, optional goals."""
     if not isinstance(engine, HierarchicalEngine):
         engine = RecruitingEngine(engine, knowledge_base)
-    return OnTimeEngine(
-        PeripheralEngine(StagedEngine(engine, knowledge_base), knowledge_base), knowledge_base
-    )
+    staged = PeripheralEngine(StagedEngine(engine, knowledge_base), knowledge_base)
+    return OversubscriptionEngine(OnTimeEngine(staged, knowledge_base), knowledge_base)
 
 
 def _of_packages() -> Mapping[str, EntryPoint]:

@@ -59,7 +59,8 @@ class PlanningProblem:
     `access`: the states of doors, hatches and lifts that ways and places ask for (`planner.problem.access`).
     `recruits`: by goal, the robots that may be recruited for it, where not all may; others may still make way. The
     hierarchical engine keeps to it; plans of others that do not are refused. `spreads`: how far durations vary, for
-    forecasts and `Objective.ON_TIME`; no other plan depends on them.
+    forecasts and `Objective.ON_TIME`; no other plan depends on them. `values`: the goals that may be left out, and what
+    each is worth (> 0); then no plan for them misses a deadline (`planner.engines.oversubscription`).
     """
 
     objects: Mapping[str, str]
@@ -75,6 +76,7 @@ class PlanningProblem:
     access: Access = field(default_factory=Access)
     recruits: Mapping[Fact, frozenset[str]] = field(default_factory=dict)
     spreads: Spreads = field(default_factory=dict)
+    values: Mapping[Fact, float] = field(default_factory=dict)
 
     @property
     def zones(self) -> frozenset[str]:
@@ -127,10 +129,20 @@ class PlanningStatus(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """An optional goal that the plan does not achieve, what it is worth, and why not, in words."""
+
+    goal: Fact
+    value: float
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningResult:
     """`plan_net` is set exactly when solved; `reason` says why not otherwise, in words an operator reads.
 
-    `lower_bound_s` is a proven lower bound of the makespan: no plan is shorter.
+    `lower_bound_s` is a proven lower bound of the makespan: no plan is shorter. Of optional goals: `value` is what the
+    achieved ones are worth together, `value_bound` what no choice that was not looked at exceeds; None without any.
     """
 
     status: PlanningStatus
@@ -139,6 +151,9 @@ class PlanningResult:
     plan_net: PlanNet | None = None
     reason: str = ""
     lower_bound_s: float | None = None
+    value: float | None = None
+    value_bound: float | None = None
+    left_out: tuple[LeftOut, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

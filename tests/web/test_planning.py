@@ -112,6 +112,21 @@ def test_the_chance_to_be_on_time_sinks_while_a_plan_waits(page: Page, service: 
     expect(page.get_by_test_id("likely-times")).to_contain_text("50.0 s")
 
 
+def test_what_a_plan_leaves_out_is_told_with_its_worth_and_why(page: Page, service: FakeService) -> None:
+    service.propose(GOAL)
+    goal = {"predicate": "in", "args": ["sample_3", "bay_8"]}
+    why = "with it a goal would be 12 s late"
+    service.plans["plan-1"] |= {
+        "value": 7.0,
+        "value_bound": 9.0,
+        "left_out": [{"goal": goal, "value": 2.0, "reason": why}],
+    }
+    service.publish("plan.proposed", "plan-1")
+    left_out = page.get_by_test_id("left-out")
+    expect(left_out).to_contain_text("Optional goals worth 7 (at most 9 with more time); left out:")
+    expect(left_out.locator("li")).to_have_text([f"in(sample_3, bay_8), worth 2: {why}"])
+
+
 @pytest.mark.parametrize(("outcome", "word"), [("unsolvable", "unsolvable"), ("timed_out", "no plan found")])
 def test_only_what_is_proven_is_called_unsolvable(
     page: Page, service: FakeService, outcome: str, word: str

@@ -53,7 +53,12 @@ def goal_problem(
         knowledge_base=knowledge_base,
         perceives=perceives,
     )
-    return replace(problem, stages=constraints.stages_of(wanted), numbers=numbers)
+    return replace(
+        problem,
+        stages=constraints.stages_of(wanted),
+        values=constraints.values_of(wanted),
+        numbers=numbers,
+    )
 
 
 def plan_mission(

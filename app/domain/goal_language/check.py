@@ -50,8 +50,9 @@ def check_request(
     knowledge_base: KnowledgeBase,
 ) -> tuple[GoalIssue, ...]:
     """All issues with the goals and the constraints on them. Conflicts of a goal after a mission are notes."""
+    _, worth = with_players(goals, constraints.worth, world)
     goals, stages = with_players(goals, constraints.stages, world)
-    constraints = constraints.model_copy(update={"stages": stages})
+    constraints = constraints.model_copy(update={"stages": stages, "worth": worth})
     issues = _issues_now(goals, constraints, world, facts, knowledge_base)
     if constraints.after:
         return tuple(replace(one, kind="note") if one.kind == "conflict" else one for one in issues)

@@ -22,6 +22,7 @@ Name = Annotated[str, Field(min_length=1, max_length=64)]
 Names = tuple[Name, ...]
 MAX_NAMES = 1000
 """The most names, and the most stages, of a goal's constraints."""
+MAX_WORTH = 1e6
 
 
 class Constraints(BaseModel):
@@ -52,6 +53,12 @@ class Constraints(BaseModel):
         description="for each goal its stage; a stage is begun once the goals of the earlier ones are achieved; empty: "
         "all goals are pursued together",
     )
+    worth: tuple[Annotated[float, Field(gt=0, le=MAX_WORTH, allow_inf_nan=False)] | None, ...] = Field(
+        default=(),
+        description="for each goal what it is worth if it may be left out, null if it must be achieved; the deadline "
+        "is then kept by leaving out; empty: all must be achieved",
+        examples=[[None, 5, 2.5]],
+    )
 
     def __bool__(self) -> bool:
         return bool(
@@ -62,7 +69,12 @@ class Constraints(BaseModel):
             or self.after
             or self.at_least
             or any(self.stages)
+            or self.has_optional_goals
         )
+
+    @property
+    def has_optional_goals(self) -> bool:
+        return any(worth is not None for worth in self.worth)
 
     def and_also(self, other: "Constraints") -> "Constraints":
         """Both constraints. Robots are those that both allow; if there are none, all of the others are left out."""
@@ -82,6 +94,7 @@ class Constraints(BaseModel):
                 for name in (*self.at_least, *other.at_least)
             },
             stages=self.stages or other.stages,
+            worth=self.worth or other.worth,
         )
 
     @property
@@ -122,6 +135,11 @@ class Constraints(BaseModel):
         """The stage of each goal; empty if all are pursued together."""
         stages = dict(zip(goals, self.stages, strict=True)) if self.stages else {}
         return stages if len(set(stages.values())) > 1 else {}
+
+    def values_of(self, goals: Sequence[Fact]) -> dict[Fact, float]:
+        """The goals that may be left out, and what each is worth."""
+        worth = zip(goals, self.worth, strict=True) if self.worth else ()
+        return {goal: value for goal, value in worth if value is not None}
 
     def _allows(self, robot: str, numbers: Numbers | None) -> bool:
         enough = numbers is None or all(
@@ -235,6 +253,13 @@ def _contradictions(
             code="stages-of-other-goals",
             kind="invalid",
             detail=f"stages has {len(constraints.stages)} entries for {len(goals)} goals; give one for each goal",
+        )
+    if constraints.worth and len(constraints.worth) != len(goals):
+        yield GoalIssue(
+            code="worth-of-other-goals",
+            kind="invalid",
+            detail=f"worth has {len(constraints.worth)} entries for {len(goals)} goals; give one for each goal, null "
+            "for those that must be achieved",
         )
     if not {robot.name for robot in world.robots} - applied.excluded:
         yield GoalIssue(

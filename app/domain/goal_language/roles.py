@@ -1,12 +1,15 @@
 """Roles in goals: where a goal names a robot it may name a role, for those that play it when the goal is planned."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar, cast
 
 from app.domain.goal_language.issues import GoalIssue, unknown_name
 from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.problem import objects_of
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
+
+Term = TypeVar("Term")
 
 Players = Mapping[str, tuple[str, ...]]
 """By role, the robots that play it."""
@@ -28,20 +31,23 @@ def robots_for(names: Iterable[str], world: WorldFile) -> tuple[str, ...]:
 
 
 def with_players(
-    goals: Sequence[SymbolicFact], stages: Sequence[int], world: WorldFile
-) -> tuple[tuple[SymbolicFact, ...], tuple[int, ...]]:
-    """The goals, and their stages if there are any, with one for each player in place of each that names a role."""
+    goals: Sequence[SymbolicFact], stages: Sequence[Term], world: WorldFile
+) -> tuple[tuple[SymbolicFact, ...], tuple[Term, ...]]:
+    """The goals, and their stages if there are any, with one for each player in place of each that names a role.
+
+    :param stages: or another term of each goal, which those of its players have, too.
+    """
     players = players_of(world)
     roles = players.keys() - objects_of(world).keys() if players else set[str]()
     if not any(arg in roles for goal in goals for arg in goal.args):
         return tuple(goals), tuple(stages)
-    staged = list(stages) if len(stages) == len(goals) else [0] * len(goals)
-    found: dict[SymbolicFact, int] = {}
+    staged: list[Term | None] = list(stages) if len(stages) == len(goals) else [None] * len(goals)
+    found: dict[SymbolicFact, Term | None] = {}
     for goal, stage in zip(goals, staged, strict=True):
         role = next((arg for arg in goal.args if arg in roles), None)
         for robot in (None,) if role is None else players[role]:
             found.setdefault(goal if robot is None else _replaced(goal, role, robot), stage)
-    return tuple(found), tuple(found.values()) if stages else ()
+    return tuple(found), cast(tuple[Term, ...], tuple(found.values())) if stages else ()
 
 
 def with_roles(

@@ -15,6 +15,7 @@ from app.planning.pool.work import Solutions, Work, WorkResult
 from planner import Fact, KnowledgeBase, Observer, PlanningEngine, PlanningProblem, PlanningStatus
 from planner.explanation.diagnosis import why_unsolvable
 from planner.problem.contradiction import contradicting_goals
+from planner.problem.optional_goals import without_optional
 from planner.relaxation import is_relaxed_reachable
 
 MAX_BLOCKERS = 8
@@ -123,7 +124,8 @@ def _is_room(fact: Fact, *, of: Collection[str]) -> bool:
 
 
 def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:
-    """True if it is proven, quickly, that the problem has no plan."""
+    """True if it is proven, quickly, that the problem has no plan, even without its optional goals."""
+    problem = without_optional(problem)
     return not is_relaxed_reachable(knowledge_base, problem) or bool(
         contradicting_goals(knowledge_base, problem)
     )

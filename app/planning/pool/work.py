@@ -137,9 +137,21 @@ class AlternativesWork:
             )
         return WorkResult.solved(
             tuple(
-                Solution(result=one.result, label=one.label, comparison=one.words, forecast=one.forecast)
+                Solution(
+                    result=self._with_what_is_left_out(one.result),
+                    label=one.label,
+                    comparison=one.words,
+                    forecast=one.forecast,
+                )
                 for one in found
             )
+        )
+
+    def _with_what_is_left_out(self, result: PlanningResult) -> PlanningResult:
+        """The goals are those of the proposed plan, so all leave out the same."""
+        proposed = self.proposed
+        return replace(
+            result, value=proposed.value, value_bound=proposed.value_bound, left_out=proposed.left_out
         )
 
 

@@ -62,6 +62,25 @@ def test_a_plan_tells_when_goals_are_likely_achieved_and_how_likely_in_time(
     assert likely["goals"][0]["p10_s"] < likely["goals"][0]["p90_s"]
 
 
+def test_what_is_optional_is_left_out_if_the_deadline_is_too_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+    optional = ("--optional", "5: move sample_2 to bay_3", "--optional", "2: move sample_3 to bay_8")
+    terms = [*GOAL, *optional, "--deadline", "70"]
+    words = " ".join(CliRunner().invoke(app, terms).stdout.split())
+    assert "Left out, worth 2: in(sample_3, bay_8): no plan is quick enough for it" in words
+    assert "Optional goals achieved are worth 5 (no choice is worth more)" in words
+    document = json.loads(CliRunner().invoke(app, [*terms, "--json", "--alternatives", "2"]).stdout)
+    assert [one["goal"]["args"] for one in document["plan"]["left_out"]] == [["sample_3", "bay_8"]]
+    assert all(one["goals"] == document["plan"]["goals"] for one in document["alternatives"])
+
+
+@pytest.mark.parametrize("optional", ["move sample_2 to bay_3", "0: move sample_2 to bay_3", "much: x", "5:"])
+def test_an_optional_goal_needs_a_value(optional: str) -> None:
+    refused = CliRunner().invoke(app, [*GOAL, "--optional", optional])
+    assert refused.exit_code == 2
+    assert "say what the goal is worth" in " ".join(refused.stderr.split())
+
+
 def test_without_a_plan_no_extras_are_sought() -> None:
     problem = planning_problem(STORE.world, STORE.facts, (STORE.fact("in(sample_1, bay_7)"),))
     none = PlanningResult(status=PlanningStatus.NOT_FOUND, engine="none", planning_s=0.0)

@@ -2,10 +2,12 @@
 
 import pytest
 
+from planner import load_knowledge_base
+from planner.engines.oversubscription import OversubscriptionEngine
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.scripted import InProcessWorker
 
 
 @pytest.fixture(scope="session")
 def worker() -> InProcessWorker:
-    return InProcessWorker(StoreEngine())
+    return InProcessWorker(OversubscriptionEngine(StoreEngine(), load_knowledge_base()))

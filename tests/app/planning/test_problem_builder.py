@@ -9,13 +9,17 @@ import pytest
 from sqlalchemy.orm import Session
 
 from app.domain.durations import PRIOR_SPREAD
+from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.mission import MissionState
+from app.domain.lifecycles.plan import PlanState
+from app.domain.plan_document import PlanBody
 from app.domain.world_model import Reservation
 from app.planning.problem_builder import GoalProblem
-from app.store import Database, DurationRow, GoalRow
+from app.store import Database, DurationRow, GoalRow, MissionRow, PlanRow
 from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
 from app.store.reservations import MissionReservation, Reservations
-from planner import Fact, PlanningRequest, scale_term
+from planner import Fact, PlanNet, PlanningRequest, scale_term
 from tests.app.planning.record import STORE, StoreRecord
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.sample_store import said
@@ -59,6 +63,33 @@ class StoreProblems:
             at_s=1.0,
         )
 
+    def carries_out(self, plan_net: PlanNet) -> str:
+        """Record a mission with this plan; its id."""
+        body = PlanBody.of_plan_net(plan_net, STORE.base).model_dump(mode="json")
+        goal = GoalRow(id="goal-1", world="sample_store", text="", goal=[], priority=0, auto_approve=False)
+        goal.state = GoalState.COMMITTED
+        goal.created_by = "me"
+        self._session.add(goal)
+        self._session.flush()
+        plan = PlanRow(
+            id="plan-1",
+            goal_id=goal.id,
+            world=goal.world,
+            state=PlanState.APPROVED,
+            body=body,
+            world_version=1,
+        )
+        self._session.add(plan)
+        self._session.flush()
+        mission = MissionRow(
+            id="mission-1", workflow="mission-1", goal_id=goal.id, plan_id=plan.id, world=goal.world
+        )
+        mission.state = MissionState.RUNNING
+        mission.estimate_s = mission.original_estimate_s = mission.margin_s = 10.0
+        self._session.add(mission)
+        self._session.flush()
+        return mission.id
+
     def build(self, *texts: str, **more: Any) -> GoalProblem:
         goals = [said(text).model_dump() for text in texts or ("in(sample_1, bay_7)",)]
         goal = GoalRow(world="sample_store", goal=goals, priority=0, **more)
@@ -90,6 +121,17 @@ def problems(
         record.add_world(session)
         yield StoreProblems(record, session)
     database.close()
+
+
+def test_what_a_missions_plan_has_left_out_is_not_taken_up_again(problems: StoreProblems) -> None:
+    goals = ("in(sample_1, bay_7)", "in(sample_2, bay_3)")
+    terms = {"constraints": {"worth": [None, 5.0]}}
+    built = problems.build(*goals, terms=terms)
+    assert built.problem.values == {STORE.fact(goals[1]): 5.0}
+    assert built.withheld.whole.values == built.problem.values
+    mission_id = problems.carries_out(STORE.store_sample_1())
+    under_way = problems.build(*goals, terms=terms, mission_id=mission_id).problem
+    assert (under_way.goals, under_way.values) == ((STORED,), {})
 
 
 def test_how_far_durations_vary_is_learned_with_how_long_they_are(problems: StoreProblems) -> None:

@@ -128,6 +128,7 @@ function card(plan, state, chance, views, { viewPlan, refresh }, { decision, com
     figures(plan),
     chance,
     lateGoals(plan),
+    leftOut(plan),
     repair?.repairNote(plan, state.previousPlan),
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
     plan.state === "proposed" ? decision?.decision(plan, state, refresh, state.alternatives.length > 1 && comparison?.comparison(plan, state.alternatives, viewPlan)) : decisionTaken(plan),
@@ -197,6 +198,13 @@ function figures(plan) {
 /** @param {Plan} plan */
 function lateGoals({ late }) {
   return late?.length ? el("ul", { class: "problem", "data-testid": "late" }, late.map(({ goal, late_s }) => el("li", {}, `${fact(goal)} comes ${seconds(late_s)} after its deadline`))) : null;
+}
+
+/** @param {Plan} plan */
+function leftOut({ left_out: goals, value, value_bound: bound }) {
+  if (!goals?.length) return null;
+  const doubt = (bound ?? 0) > (value ?? 0) ? ` (at most ${bound} with more time)` : "";
+  return el("div", { class: "note", "data-testid": "left-out" }, `Optional goals worth ${value}${doubt}; left out:`, el("ul", {}, goals.map((one) => el("li", {}, `${fact(one.goal)}, worth ${one.value}: ${one.reason}`))));
 }
 
 /** Who decided what, when and why; for a plan that can no longer be decided on, the reason. @param {Plan} plan */
