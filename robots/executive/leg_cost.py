@@ -2,6 +2,7 @@
 
 from cmath import rect
 
+from robots.executive.delegation import is_awarded
 from robots.executive.executive import Executive
 from robots.executive.offer import DEFECT_S, Declined, Declining, Offer
 from robots.perception.percepts import Percepts
@@ -40,7 +41,7 @@ def offer(
     if (wrong := _wrong_for(leg, percepts, executive)) is not None:
         return wrong
     own = executive.script
-    script = None if own is None or own.is_own else own
+    script = None if own is None or (own.is_own and not is_awarded(own)) else own
     release_s = promised_s + (0.0 if script is None else executive.left_s)
     way_s = _way_s(leg, script, percepts)
     work_s = sum(packet.expected_duration_s for packet in leg.packets)

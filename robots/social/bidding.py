@@ -12,12 +12,13 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from robots.contract.known_scripts import ENDED, remember
+from robots.contract.mailbox import SERVICE
 from robots.contract.memory import AwardMemory, BidMemory
 from robots.executive.delegation import ASIDE, AWARDED
 from robots.executive.offer import Offer
 from robots.executive.society import Situated
 from robots.executive.upkeep import drive_home
-from robots.social.conversation import Conversation, Conversations
+from robots.social.conversation import Conversation, Conversations, key_of
 from robots.social.legs import AWARD, LEG, REJECT, Failed, bid_of, failed_of, leg_of
 from robots.social.protocols import CONTRACT_NET, ContractNetState
 from robots.social.speech import Heard, Reply
@@ -27,6 +28,11 @@ from robots.wire import OWN, BehaviourPacket, BehaviourScript, Performative, Scr
 SCRIPT_WITHIN_S = 300.0
 """How long after an award its script may come, if the award does not say it (`reply_by_s`; our choice)."""
 MAX_BIDS = 256
+"""That are not answered; beyond it the oldest is forgotten."""
+LATE_AWARD_S = 60.0
+"""How long after the time of another robot's call its award may still come: it is repeated, and may have been lost at
+first (our choice). The service decides when the plan is approved, however late.
+"""
 WITHDRAWN = "withdrawn"
 """What a robot says to one that it has awarded a leg and that is to stop."""
 HOME = "home"
@@ -90,7 +96,9 @@ class Bidding:
         try:
             leg = leg_of(heard.content, self._name)
         except ContentError as error:
-            return Reply(performative=Performative.NOT_UNDERSTOOD, content=Term("reason", (str(error),)))
+            return Reply(
+                performative=Performative.NOT_UNDERSTOOD, content=Term("reason", (str(error)[:300],))
+            )
         promised_s = sum(
             bid.busy_s
             for bid in self._bids.values()
@@ -99,8 +107,9 @@ class Bidding:
         made = robot.offer(leg, promised_s=promised_s)
         if not isinstance(made, Offer):
             return Reply(performative=Performative.REFUSE, content=bid_of(leg.id, made))
-        bid = _Bid(leg=leg.id, busy_s=made.way_s + made.work_s, packets=leg.packets)
-        remember(self._bids, _key(heard), bid, MAX_BIDS)
+        self._bids[_key(heard)] = _Bid(leg=leg.id, busy_s=made.way_s + made.work_s, packets=leg.packets)
+        self._keep_open(heard)
+        self._forget_oldest()
         return Reply(performative=Performative.PROPOSE, content=bid_of(leg.id, made))
 
     def awarded(self, heard: Heard, robot: Situated) -> Reply | None:
@@ -117,6 +126,8 @@ class Bidding:
         bid.script_id = words[1]
         bid.until_s = heard.at_s + SCRIPT_WITHIN_S if body.reply_by_s is None else body.reply_by_s
         if body.script is None:
+            if (conversation := self._conversation(heard)) is not None:
+                conversation.take_time()  # its end is told whenever that is
             return None
         if (reason := self._take_up(body.script, bid, heard, robot)) is not None:
             del self._bids[_key(heard)]
@@ -239,16 +250,16 @@ class Bidding:
         self._bids.pop(_key(heard), None)
 
     def step(self, robot: Situated, now_s: float) -> None:
-        """Say of awarded legs that have ended how they have."""
+        """Say of awarded legs that have ended how they have, and forget bids whose conversations have."""
         for key, bid in list(self._bids.items()):
-            if bid.award is None:
-                continue
-            if bid.is_own:
+            if bid.is_own and bid.award is not None:
                 self._step_own(key, bid, bid.award, robot, now_s)
                 continue
-            conversation = self._conversation(bid.award)
-            if conversation is None or conversation.has_ended:  # cancelled, or forgotten
+            conversation = self._conversations.at(key)
+            if conversation is None or conversation.has_ended:
                 del self._bids[key]
+                continue
+            if bid.award is None:
                 continue
             state = robot.state_of(bid.script_id)
             if state in ENDED or (state is None and now_s >= bid.until_s):
@@ -285,10 +296,22 @@ class Bidding:
                 )
         return robot.state_of(_aside(bid)) in (None, *ENDED)
 
+    def _keep_open(self, heard: Heard) -> None:
+        """Have the conversation last until an award can come no more."""
+        conversation = self._conversation(heard)
+        if conversation is not None and conversation.reply_by_s is not None:
+            until_s = None if heard.sender == SERVICE else conversation.reply_by_s + LATE_AWARD_S
+            conversation.take_time(until_s)
+
+    def _forget_oldest(self) -> None:
+        unanswered = [key for key, bid in self._bids.items() if bid.award is None]
+        for key in unanswered[:-MAX_BIDS]:
+            del self._bids[key]
+            if (conversation := self._conversations.at(key)) is not None:
+                conversation.cancel()
+
     def _conversation(self, heard: Heard) -> Conversation | None:
-        body = heard.message.body
-        assert isinstance(body, SpeechAct)
-        return self._conversations.of(body.conversation_id, heard.sender)
+        return self._conversations.at(_key(heard))
 
 
 def _ending(leg: str, state: ScriptState | None) -> Reply:
@@ -327,4 +350,4 @@ def _failed(leg: str, failed: Failed) -> Reply:
 
 def _key(heard: Heard) -> str:
     body = heard.message.body
-    return f"{heard.sender}/{body.conversation_id if isinstance(body, SpeechAct) else ''}"
+    return key_of(body.conversation_id if isinstance(body, SpeechAct) else "", heard.sender)

@@ -1,7 +1,8 @@
 """One side's view of a conversation with one partner, and the only code that changes its state.
 
 Who opened it repeats its last message until the conversation ends or its time is over; who was spoken to answers a
-repetition with what it said last. So whatever is lost on the way is said again, and nothing is handled twice.
+repetition with what it said last. So whatever is lost on the way is said again, and nothing is handled twice. The time
+is the one that its opener has said last (`reply_by_s`); both sides end it then.
 """
 
 from collections import OrderedDict
@@ -141,6 +142,10 @@ class Conversation:
         )
         self._note(message, mine=False)
 
+    def may_say(self, performative: Performative) -> bool:
+        """True if this side may say this now."""
+        return self.protocol.after(self.state, self.side, performative) is not None
+
     def say(self, message: Message) -> None:
         """:raises OutOfProtocol: if this side may not say this now."""
         self._advance(message.performative, self.side)
@@ -151,10 +156,12 @@ class Conversation:
 
         :param heard_s: when the partner was last heard.
         """
-        if self.side is Side.PARTICIPANT or self.has_ended or self.last_said is None:
+        if self.has_ended:
             return None
         if self.reply_by_s is not None and now_s >= self.reply_by_s:
             self.state = TIMED_OUT
+            return None
+        if self.side is Side.PARTICIPANT or self.last_said is None:
             return None
         interval_s = round_trip_s + RESEND_S
         pause_s = interval_s if heard_s > self._said_s else max(self._pause_s, interval_s)
@@ -174,6 +181,10 @@ class Conversation:
             self.last_said = said.model_copy(update={"body": body})
         return self.last_said
 
+    def take_time(self, until_s: float | None = None) -> None:
+        """Wait for the next word until then; None: for as long as that takes."""
+        self.reply_by_s = until_s
+
     def cancel(self) -> None:
         """Give it up without a word."""
         if not self.has_ended:
@@ -190,6 +201,8 @@ class Conversation:
         self.state = after
 
     def _note(self, message: Message, *, mine: bool) -> None:
+        if mine == (self.side is Side.INITIATOR) and isinstance(message.body, SpeechAct):
+            self.reply_by_s = message.body.reply_by_s
         if not mine:
             self._heard.add(message.id)
             self.last_heard = message.id
@@ -198,8 +211,6 @@ class Conversation:
         self._said_s = message.sent_at_s
         self._pause_s = 0.0
         self._has_arrived = False
-        if self.side is Side.INITIATOR and isinstance(message.body, SpeechAct):
-            self.reply_by_s = message.body.reply_by_s
 
 
 class Conversations:
@@ -208,29 +219,33 @@ class Conversations:
     def __init__(self) -> None:
         self._known: OrderedDict[str, Conversation] = OrderedDict()
         self._open: dict[str, Conversation] = {}
-        """Those that this side has opened and that have not ended."""
+        """Those that have not ended."""
 
     def __iter__(self) -> Iterator[Conversation]:
         return iter(self._known.values())
 
     def of(self, conversation_id: str, partner: str) -> Conversation | None:
-        return self._known.get(_key(conversation_id, partner))
+        return self.at(key_of(conversation_id, partner))
+
+    def at(self, key: str) -> Conversation | None:
+        """The conversation of that key, see `key_of`."""
+        return self._known.get(key)
 
     def add(self, conversation: Conversation) -> None:
-        key = _key(conversation.id, conversation.partner)
+        key = key_of(conversation.id, conversation.partner)
         self._known[key] = conversation
         if len(self._known) > MAX_CONVERSATIONS:
             oldest = next(iter(self._known))
-            del self._known[next((old for old, one in self._known.items() if one.has_ended), oldest)]
-        if conversation.side is Side.INITIATOR:
-            self._open[key] = conversation
+            ended = next((old for old, one in self._known.items() if one.has_ended), oldest)
+            self._known.pop(ended).cancel()
+        self._open[key] = conversation
 
-    def awaited(self) -> list[Conversation]:
-        """Those in which this side waits for an answer, or which have just ended; the latter are left out after."""
-        awaited = list(self._open.values())
+    def open_ones(self) -> list[Conversation]:
+        """Those that have not ended, or have since this was called last."""
+        open_ones = list(self._open.values())
         self._open = {key: one for key, one in self._open.items() if not one.has_ended}
-        return awaited
+        return open_ones
 
 
-def _key(conversation_id: str, partner: str) -> str:
+def key_of(conversation_id: str, partner: str) -> str:
     return f"{partner}/{conversation_id}"

@@ -30,7 +30,6 @@ from robots.social.protocols import (
 from robots.social.speech import Ending, Heard, Reply, content_of
 from robots.social.terms import ContentError, Term
 from robots.wire import (
-    MAX_CONTENT,
     MAX_TOLD_CONVERSATIONS,
     BehaviourPacket,
     BehaviourScript,
@@ -42,6 +41,8 @@ from robots.wire import (
 
 ONTOLOGY = "macta-mission"
 """What the words of contents mean: scripts, actions, places and samples of the service's missions."""
+TELLING = (Performative.INFORM, Performative.PROPOSE)
+"""An answer by these is its content; one by others says enough without it."""
 KEPT_ENDED = 64
 """The last conversations that have ended go on to another program, too (our choice)."""
 ABILITIES = "abilities"
@@ -140,7 +141,7 @@ class SocialLevel:
         for one in reversed(list(self.conversations)):
             if receiver != (one.speaker or one.partner) or not one.is_of_rules:
                 continue
-            if one.protocol.after(one.state, one.side, performative) is None:
+            if not one.may_say(performative):
                 continue
             self.say_in(one, performative, content, within_s=within_s if one.side is Side.INITIATOR else None)
             return True
@@ -199,7 +200,7 @@ class SocialLevel:
         self._bidding.step(robot, now_s)
         self._delegating.step(robot, now_s)
         self._persons.step(robot, now_s)
-        for one in self.conversations.awaited():
+        for one in self.conversations.open_ones():
             again = one.step(
                 now_s, round_trip_s=self.round_trip_s, heard_s=self.acquaintances.heard_s(one.partner)
             )
@@ -229,7 +230,7 @@ class SocialLevel:
                 partner=one.partner,
                 state=one.state,
                 is_mine=one.side is Side.INITIATOR,
-                reply_by_s=one.reply_by_s,
+                reply_by_s=one.reply_by_s if one.side is Side.INITIATOR else None,
             )
             for one in open_ones[-MAX_TOLD_CONVERSATIONS:]
         )
@@ -311,13 +312,34 @@ class SocialLevel:
                 if (known.partner, known.id) in self._opened:
                     self._note_answer(known, heard)
                     return
-                answering = None if known.is_of_rules else self._handler(heard)
-                reply = answering(heard, robot) if answering is not None else None
+                reply = self._reply(known, heard, robot)
         except (ContentError, OutOfProtocol) as error:
             self._not_understood(message, act, str(error), now_s)
             return
         if reply is not None:
             self._answer(known, message, act, reply, now_s)
+
+    def _reply(self, conversation: Conversation, heard: Heard, robot: Situated) -> Reply | None:
+        """The answer to what goes on in a conversation that another has opened. Rules answer by themselves."""
+        if conversation.is_of_rules:
+            return None
+        handler = self._handler(heard)
+        if handler is not None:
+            return handler(heard, robot)
+        if conversation.has_ended:
+            return None
+        return Reply(
+            performative=Performative.NOT_UNDERSTOOD, content=Term("reason", (self._untaken(heard),))
+        )
+
+    def _untaken(self, heard: Heard) -> str:
+        """Why nobody here takes what was heard."""
+        every = {**self._handlers, **(self._persons.handlers if heard.person else {})}
+        known = sorted(word for performative, word in every if performative is heard.performative)
+        return (
+            f"{self.name} does not take {heard.performative} of {heard.content.name!r}; it takes "
+            f"{', '.join(known) or 'nothing of that kind'}"
+        )
 
     def _understood(self, message: Message, act: SpeechAct, now_s: float) -> Heard:
         """:raises ContentError: if the language or the content is not known here."""
@@ -350,12 +372,7 @@ class SocialLevel:
         if not has_handler:
             conversation.is_of_rules = self._listener(heard)
         if not has_handler and not conversation.is_of_rules:
-            every = {**self._handlers, **(self._persons.handlers if heard.person else {})}
-            known = sorted(word for performative, word in every if performative is message.performative)
-            raise OutOfProtocol(
-                f"{self.name} does not take {message.performative} of {heard.content.name!r}; it takes "
-                f"{', '.join(known) or 'nothing of that kind'}"
-            )
+            raise OutOfProtocol(self._untaken(heard))
         self.conversations.add(conversation)
         return conversation
 
@@ -378,13 +395,14 @@ class SocialLevel:
     def _answer(
         self, conversation: Conversation, message: Message, act: SpeechAct, reply: Reply, now_s: float
     ) -> None:
-        content = str(reply.content)
-        performative = reply.performative
-        if len(content) > MAX_CONTENT:
-            content = str(Term("failed", (f"the answer is longer than {MAX_CONTENT} characters",)))
-            performative = Performative.FAILURE
+        """Say it, unless that may not be said any more. What tells something that is too long fails, or is refused."""
+        tells_too_much = reply.is_too_long and reply.performative in TELLING
+        choices = (Performative.FAILURE, Performative.REFUSE) if tells_too_much else (reply.performative,)
+        performative = next((one for one in choices if conversation.may_say(one)), None)
+        if performative is None:
+            return
         body = SpeechAct(
-            content=content,
+            content=reply.text,
             ontology=act.ontology,
             protocol=act.protocol,
             conversation_id=act.conversation_id,

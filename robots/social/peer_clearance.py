@@ -127,5 +127,5 @@ def _report(heard: Heard, script_id: str, answer: Reply) -> SpeechReport:
         at_s=heard.at_s,
         attempt=body.attempt,
         answer=answer.performative,
-        answer_content=str(answer.content),
+        answer_content=answer.text,
     )

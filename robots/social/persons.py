@@ -110,6 +110,7 @@ class PersonsRequests:
             elif robot.state_of(script.id) in ENDED:
                 self._running.remove((script, heard))
                 self._answer(heard, _ending(script, robot))
+        self._looks = [look for look in self._looks if self._is_open(look.asked)]
         for look in list(self._looks):
             percepts = robot.percepts
             if percepts is not None and percepts.data.holds(LOCATING) and percepts.time_s >= look.asked.at_s:
@@ -124,7 +125,9 @@ class PersonsRequests:
         try:
             script = leg_of(heard.content, self._name)
         except ContentError as error:
-            return Reply(performative=Performative.NOT_UNDERSTOOD, content=Term("reason", (str(error),)))
+            return Reply(
+                performative=Performative.NOT_UNDERSTOOD, content=Term("reason", (str(error)[:300],))
+            )
         script = script.model_copy(update={"id": f"{SAID}{script.id}", "mission_id": OWN})
         # NOTE: after a power failure the request is repeated, and must not be carried out twice.
         if robot.state_of(script.id) is None and (reason := robot.perform(script)) is not None:

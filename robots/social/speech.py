@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 
 from robots.social.terms import ContentError, Term, parse_term
-from robots.wire import TERMS, Message, Performative, SpeechAct
+from robots.wire import MAX_CONTENT, TERMS, Message, Performative, SpeechAct
+
+TOO_LONG = Term("too_long", (f"the answer is longer than {MAX_CONTENT} characters",))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +39,15 @@ class Reply:
 
     performative: Performative
     content: Term
+
+    @property
+    def is_too_long(self) -> bool:
+        return len(str(self.content)) > MAX_CONTENT
+
+    @property
+    def text(self) -> str:
+        """The content as it is said; in place of one that no message holds, that it is too long."""
+        return str(TOO_LONG if self.is_too_long else self.content)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,11 +12,11 @@ from robots.executive.upkeep import recharge
 from robots.perception.health import Defect
 from robots.physical.body import Pose
 from robots.social import Heard, Term
-from robots.social.bidding import WITHDRAWN
+from robots.social.bidding import MAX_BIDS, WITHDRAWN
 from robots.social.legs import bid_of, call_of, leg_of, offer_of
-from robots.social.protocols import CONTRACT_NET, INFORM
+from robots.social.protocols import CONTRACT_NET, INFORM, NOT_UNDERSTOOD, TIMED_OUT, ContractNetState
 from robots.social.terms import ContentError, parse_term
-from robots.wire import BehaviourPacket, ControlVerb, Performative
+from robots.wire import OWN, BehaviourPacket, ControlVerb, Message, Performative, SpeechAct
 from tests.robots.social.talkers import Air, Talker
 from tests.robots.stories import packet, script
 
@@ -109,6 +109,17 @@ def test_a_script_of_the_robots_own_gives_way_and_does_not_count() -> None:
     bid = auction.bid(*CARRY)
     assert bid.release_s == 0.0
     assert bid.way_s == pytest.approx(BAY_FROM_ORIGIN_S, abs=0.01)
+
+
+def test_a_leg_of_another_robot_counts_until_its_end() -> None:
+    auction = Auction()
+    drive = packet("NAVIGATE", ref1="door", ref2="bay")
+    auction.fred.accept(
+        script("fred", drive, name=f"{AWARDED}basil:s1:leg_1:0").model_copy(update={"mission_id": OWN})
+    )
+    bid = auction.bid(*CARRY)
+    assert bid.release_s == 10.0
+    assert bid.way_s == pytest.approx(0.0, abs=0.01)
 
 
 def test_each_reading_that_is_left_out_costs_and_is_named() -> None:
@@ -280,6 +291,76 @@ def test_a_withdrawn_leg_is_not_begun_in_another_program_either() -> None:
     auction.ginger.social.say_in(call, Performative.ACCEPT_PROPOSAL, award, within_s=60.0, script=one)
     auction.air.run_for(2.0)
     assert "was withdrawn before it arrived" in auction.last
+
+
+def test_an_award_that_nobody_knows_is_not_understood() -> None:
+    auction = Auction()
+    auction.bid(*CARRY)
+    auction.award("awarded(leg_1, s1)")
+    assert "does not take accept-proposal of 'awarded'; it takes award" in auction.last
+    assert [one.state for one in auction.fred.social.conversations] == [NOT_UNDERSTOOD]
+
+
+def said_to_fred(auction: Auction, sender: str, performative: Performative, content: str, about: str) -> None:
+    """Speak to fred past the sender's own conversations; an answer is awaited for 20 s."""
+    now_s = auction.air.clock.now_s()
+    act = SpeechAct(
+        content=content, protocol=CONTRACT_NET.name, conversation_id=about, reply_by_s=now_s + 20.0
+    )
+    auction.air.send(
+        Message(performative=performative, sender=sender, receiver="fred", sent_at_s=now_s, body=act)
+    )
+
+
+@pytest.mark.parametrize(
+    ("caller", "after_s", "state"),
+    [
+        ("service", 3600.0, ContractNetState.AWARDED),
+        ("ginger", 60.0, ContractNetState.AWARDED),
+        ("ginger", 90.0, TIMED_OUT),
+    ],
+)
+def test_a_bid_stands_until_its_award_can_come_no_more(caller: str, after_s: float, state: str) -> None:
+    auction = Auction()
+    said_to_fred(auction, caller, Performative.CFP, str(call_of("leg_1", CARRY)), "c-1")
+    auction.air.run_for(after_s)
+    said_to_fred(auction, caller, Performative.ACCEPT_PROPOSAL, "award(leg_1, s1)", "c-1")
+    auction.air.run_for(1.0)
+    conversation = auction.fred.social.conversations.of("c-1", caller)
+    assert conversation is not None
+    assert conversation.state == state
+
+
+def test_an_award_by_the_service_lasts_until_its_script_has_ended() -> None:
+    auction = Auction()
+    said_to_fred(auction, "service", Performative.CFP, str(call_of("leg_1", CARRY)), "c-1")
+    auction.air.run_for(1.0)
+    said_to_fred(auction, "service", Performative.ACCEPT_PROPOSAL, "award(leg_1, s1)", "c-1")
+    auction.air.run_for(1.0)
+    begin(auction.fred, "s1")
+    auction.air.run_for(600.0)
+    auction.fred.executive.control("s1", ControlVerb.CANCEL, None, auction.air.clock.now_s())
+    auction.air.run_for(1.0)
+    last = auction.air.sent[-1].body
+    assert isinstance(last, SpeechAct)
+    assert last.content == 'failed(leg_1, "its script has cancelled")'
+
+
+def test_many_bids_that_nobody_answers_do_not_displace_an_award() -> None:
+    auction = Auction()
+    auction.bid(*CARRY)
+    auction.award("award(leg_1, s1)")
+    begin(auction.fred, "s1")
+    for number in range(MAX_BIDS + 1):
+        said_to_fred(auction, "basil", Performative.CFP, str(call_of("leg_2", CARRY)), f"c-{number}")
+    auction.air.run_for(1.0)
+    open_ones = [one for one in auction.fred.social.conversations if not one.has_ended]
+    assert len(open_ones) == MAX_BIDS + 1, "the oldest bid is forgotten"
+    auction.fred.executive.control("s1", ControlVerb.CANCEL, None, auction.air.clock.now_s())
+    auction.air.run_for(3.0)
+    assert auction.last == 'failure failed(leg_1, "its script has cancelled")'
+    auction.air.run_for(120.0)
+    assert all(one.has_ended for one in auction.fred.social.conversations)
 
 
 @pytest.mark.parametrize("seed", range(8))

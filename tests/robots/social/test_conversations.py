@@ -1,12 +1,15 @@
 """Conversations between robots: answers in time, clarification of what is not understood, and who is known."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from robots.social import Conversation, Conversations, Ending, Heard, Reply, Term
 from robots.social.conversation import MAX_CONVERSATIONS
-from robots.social.protocols import QUERY, REQUEST, TIMED_OUT, InteractionProtocol
+from robots.social.protocols import OPENED_BY, PROTOCOLS, QUERY, REQUEST, TIMED_OUT, InteractionProtocol
 from robots.wire import Message, Performative, SpeechAct
 from tests.robots.social.talkers import Air, Talker
+from tests.robots.stories import packet, script
 
 
 def pair(**faults: float) -> tuple[Air, Talker, Talker]:
@@ -129,6 +132,79 @@ def test_a_request_is_handled_once_and_answered_whatever_the_radio_does(seed: in
     assert ending.answer is not None
     assert ending.answer.content == Term("waved", (Term("yard_2"),))
     assert len(handled) == 1
+
+
+@pytest.mark.parametrize(
+    ("content", "performative", "answer"),
+    [
+        (f'leg(a, "{"x" * 3970}")', Performative.CFP, "not-understood reason"),
+        (f'leg("{"ä" * 700}", packet(NAVIGATE, 5, ref2(door)))', Performative.CFP, "refuse too_long"),
+        (f'note("{"ä" * 700}")', Performative.INFORM, "confirm too_long"),
+        (f'ended(s, "{"ä" * 700}")', Performative.INFORM, "refuse too_long"),
+        (f'ended(script-ginger, "{"ä" * 700}")', Performative.INFORM, "refuse too_long"),
+    ],
+)
+def test_an_answer_that_no_message_holds_says_so(
+    content: str, performative: Performative, answer: str
+) -> None:
+    """Each of these characters is written as six."""
+    air, fred, ginger = pair()
+    ginger.accept(script("ginger", packet("NAVIGATE", ref2="door")))
+    ginger.social.listen(lambda heard: True)
+    say(fred, content, performative, protocol=OPENED_BY[performative].name)
+    air.run_for(1.0)
+    (said,) = air.sent[1:]
+    assert f"{said.performative} {told(said)}".startswith(answer)
+
+
+WORDS = st.sampled_from(["a", "s", '"ä b"', "leg_1", f'"{"ä" * 700}"', "-1", "1e300", "packet(STOP, 5)"])
+CONTENTS = st.builds(
+    lambda name, args: f"{name}({', '.join(args)})" if args else name,
+    st.sampled_from(
+        [
+            "leg",
+            "award",
+            "reject",
+            "withdrawn",
+            "ended",
+            "perform",
+            "halt",
+            "seen",
+            "place",
+            "holds",
+            "note",
+            "abilities",
+        ]
+    ),
+    st.lists(WORDS, max_size=3),
+)
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(list(Performative)),
+            CONTENTS,
+            st.sampled_from([*PROTOCOLS, "other"]),
+            st.sampled_from(["c-1", "c-2"]),
+            st.sampled_from([("fred", ""), ("service", "ann")]),
+        ),
+        max_size=8,
+    ),
+    st.booleans(),
+)
+def test_nothing_that_is_said_stops_a_robot(
+    acts: list[tuple[Performative, str, str, str, tuple[str, str]]], has_rules: bool
+) -> None:
+    air, _, ginger = pair()
+    ginger.social.listen(lambda heard: has_rules)
+    for performative, content, protocol, conversation, (sender, speaker) in acts:
+        act = SpeechAct(content=content, protocol=protocol, conversation_id=conversation, speaker=speaker)
+        air.send(
+            Message(performative=performative, sender=sender, receiver="ginger", sent_at_s=0.0, body=act)
+        )
+        air.step()
+    air.run_for(8.0)
 
 
 def test_the_copies_of_a_message_are_counted() -> None:

@@ -10,12 +10,14 @@ from robots.social.persons import _newest_beliefs, perform_of
 from robots.social.protocols import OPENED_BY
 from robots.wire import (
     MAX_CONTENT,
+    SAID,
     BehaviourPacket,
     Message,
     MindOrder,
     MindVerb,
     Performative,
     Program,
+    ScriptState,
     SpeechAct,
 )
 from tests.robots.fake_world import FakeWorld
@@ -46,12 +48,14 @@ def say(
     *,
     speaker: str = "ann",
     about: str = "c1",
+    reply_by_s: float | None = None,
     **slots: str,
 ) -> Message:
     act = SpeechAct(
         content=str(content),
         protocol=OPENED_BY[performative].name if performative in OPENED_BY else "fipa-request",
         conversation_id=about,
+        reply_by_s=reply_by_s,
         speaker=speaker,
     )
     return service.send(act, performative, **slots)
@@ -148,6 +152,37 @@ def test_a_cancelled_request_ends_the_script() -> None:
     say(service, Performative.CANCEL, Term("d1"), about="d1")
     run(service.world, [service], lambda: False, limit_s=1.0)
     assert service.telemetry[-1].script_state == "cancelled"
+
+
+def test_what_a_person_no_longer_waits_for_ends() -> None:
+    service = fred_of(room())
+    say(service, Performative.REQUEST, perform_of("d1", [DRIVE]), about="d1", reply_by_s=3.0)
+    assert ends(service, 1) == ["agree agreed(d1)"]
+    run(service.world, [service], lambda: False, limit_s=1.0)
+    assert service.world.agents["fred"].state_of(f"{SAID}d1") is ScriptState.RUNNING
+    run(service.world, [service], lambda: False, limit_s=3.0)
+    assert service.world.agents["fred"].state_of(f"{SAID}d1") is ScriptState.CANCELLED
+
+
+@pytest.mark.parametrize("ends_by", [Performative.CANCEL, Performative.NOT_UNDERSTOOD])
+def test_a_question_that_was_withdrawn_while_the_robot_looks_is_not_answered(ends_by: Performative) -> None:
+    service = fred_of(room())
+    act = say(service, Performative.QUERY_REF, Term("seen"))
+    service.send(act.body, ends_by)
+    run(service.world, [service], lambda: False, limit_s=8.0)
+    assert answers(service) == ["agree seen"]
+
+
+def test_a_question_whose_answer_is_too_long_fails() -> None:
+    service = fred_of(room())
+    say(service, Performative.QUERY_REF, Term("place", ("ä" * 600,)))
+    act = SpeechAct(
+        content=f'place("{"ä" * 700}")', protocol="fipa-query", conversation_id="c2", speaker="ann"
+    )
+    service.send(act, Performative.QUERY_REF)
+    run(service.world, [service], lambda: False, limit_s=8.0)
+    told = [answer.split("(")[0] for answer in answers(service)]
+    assert sorted(told) == ["agree place", "agree too_long", "failure too_long", "inform not"]
 
 
 def test_a_repeated_request_is_done_once_also_after_a_power_failure() -> None:

@@ -13,7 +13,7 @@ from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
 from robots.social import RuleSpeech, Term, parse_term
 from robots.social.protocols import OPENED_BY, TIMED_OUT, RequestState
-from robots.social.rule_speech import as_content, as_rule_value
+from robots.social.rule_speech import WITHIN_S, as_content, as_rule_value
 from robots.wire import Message, Performative, SpeechAct
 from tests.robots.social.talkers import Air, Talker
 
@@ -139,6 +139,23 @@ def test_rules_that_go_on_in_another_program_ask_and_answer_each_once(seed: int,
     assert ginger.beliefs == {"once"}
     assert fred.states == ginger.states == [RequestState.DONE]
     assert ginger.failures == fred.failures == []
+
+
+def test_what_is_said_when_an_answer_is_no_longer_awaited_opens_a_new_conversation() -> None:
+    asks = """AGENT asks;
+ACTUATOR say;
+BELIEF(startup) => COMMIT(say(request, ginger, help));
+BELIEF(message(inform, ginger, ?x)) => COMMIT(adoptBelief(told(?x)));
+"""
+    late = f"""AGENT late;
+ACTUATOR say;
+BELIEF(message(request, ?who, help)) => COMMIT(Self, Now + {2 * WITHIN_S}, say(inform, fred, fire));
+"""
+    air, fred, ginger = speakers(asks, late)
+    run_for(air, WITHIN_S + 2.0, fred, ginger)
+    assert fred.states == ginger.states == [TIMED_OUT]
+    run_for(air, WITHIN_S + 2.0, fred, ginger)
+    assert fred.beliefs == {"told(fire)"}
 
 
 def test_an_inform_that_rules_take_is_confirmed_and_what_no_rule_matches_is_not_understood() -> None:
