@@ -61,6 +61,9 @@ def check(
     patience_s: Annotated[
         float, typer.Option(min=1, help="Seconds that an answer or a packet may take.")
     ] = 20.0,
+    quiet_s: Annotated[
+        float, typer.Option(min=0.5, help="Seconds that are waited for what must not happen.")
+    ] = 2.0,
     relay: Annotated[
         str | None,
         typer.Option(
@@ -80,7 +83,9 @@ def check(
 
     with reported_errors():
         arguments = dict(one.partition("=")[::2] for one in argument or ())
-        request = CheckRequest(tag=tag, arguments=arguments, packet_s=packet_s, patience_s=patience_s)
+        request = CheckRequest(
+            tag=tag, arguments=arguments, packet_s=packet_s, patience_s=patience_s, quiet_s=quiet_s
+        )
         raise typer.Exit(check_robot(broker, world, robot, request, relay=relay, as_json=as_json))
 
 

@@ -70,7 +70,7 @@ def behavioural_agent(link: RobotLink) -> Callable[[str], None]:
 
 
 def contract_robot(link: RobotLink) -> Callable[[str], None]:
-    machine = Machine(work_s=2.0)
+    machine = Machine(work_s=1.0)
     robot = ContractRobot(
         "fred",
         driver=Driver(machine),
@@ -107,7 +107,7 @@ def listens(port: int) -> bool:
 
 def words_of(broker: Mosquitto, world: str, port: int, *words: str) -> list[str]:
     given = ["--broker", broker.url, "--robot", "fred", "--world", world, "--relay", str(port)]
-    return ["robot", "check", *given, "--packet-s", "2", *words]
+    return ["robot", "check", *given, "--packet-s", "1", "--quiet-s", "0.5", *words]
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +127,8 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Mapping[str, 
         checks = [
             command(words, os.environ)
             for words in (
-                words_of(broker, "check_a", ports[0], "--patience-s", "6"),
-                words_of(broker, "check_b", ports[1], "--json", "--argument", "angle_rad=4"),
+                words_of(broker, "check_a", ports[0], "--patience-s", "4"),
+                words_of(broker, "check_b", ports[1], "--json", "--argument", "angle_rad=1.5"),
                 words_of(broker, "check_c", ports[2], "--json"),
             )
         ]
