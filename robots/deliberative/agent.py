@@ -110,8 +110,9 @@ class Agent:
         self._sensed: dict[Term, str] = {}
         self._known = frozenset[Term]()
         self._rules = [self._loaded(rule, file) for file in files for rule in file.rules]
-        self._initial = (*known, *(one.term for file in files for one in file.initial))
-        for term in self._initial:
+        self.initial = (*known, *(one.term for file in files for one in file.initial))
+        """What it believed at first."""
+        for term in self.initial:
             self._believe(Belief(term=term, origin=Origin.INITIAL, since_s=now_s))
         for number, one in enumerate(self._rules):
             when = one.rule.when
@@ -195,7 +196,7 @@ class Agent:
 
     def retracted(self) -> list[Term]:
         """What it believed at first and has ceased to believe."""
-        return [term for term in self._initial if term not in self.beliefs]
+        return [term for term in self.initial if term not in self.beliefs]
 
     def adopt(self, terms: Iterable[Term], now_s: float) -> None:
         """Believe what another run of the agent has believed."""

@@ -213,7 +213,8 @@ class Mind:
             self._take_over(memory)
             return
         for agent in self.agents:
-            agent.retract(beliefs_of(memory.retracted.get(agent.name, ())))
+            retracted = memory.retracted.get(agent.name, ())
+            agent.retract(term for term in agent.initial if str(term) in retracted)
             for text in memory.beliefs.get(agent.name, ()):
                 with suppress(RuleError):  # a name of a message's content that no rule file can write
                     agent.adopt(beliefs_of([text]), now_s)

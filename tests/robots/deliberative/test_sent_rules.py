@@ -101,8 +101,9 @@ def test_a_power_failure_leaves_the_rules_and_what_was_adopted() -> None:
 
 
 CHANGING = (
-    "AGENT changing;\nBELIEF(role(defender));\nBELIEF(startup) & !BELIEF(changed)"
-    " => COMMIT(SEQ(adoptBelief(changed), retractBelief(role(?_)), adoptBelief(role(attacker))));\n"
+    "AGENT changing;\nBELIEF(role(defender));\nBELIEF(at(0.12345678901234));\nBELIEF(startup) & !BELIEF(changed)"
+    " => COMMIT(SEQ(adoptBelief(changed), retractBelief(at(0.12345678901234)), retractBelief(role(?_)),"
+    " adoptBelief(role(attacker))));\n"
 )
 
 
@@ -119,6 +120,7 @@ def test_what_was_retracted_is_not_believed_again_after_a_power_failure_nor_by_o
     restored = mind(world.agents["fred"].profile)
     restored.recall(MindMemory.model_validate_json(saved.model_dump_json()), 9.0)
     assert roles(restored) == {"role(attacker)"}
+    assert Term("at", (0.12345678901234,)) not in restored.agents[0].beliefs
     files = {"changing": changing + "BELIEF(role(goalkeeper));\n"}
     assert restored.follow(files, 2, 10.0) is None
     assert roles(restored) == {"role(attacker)", "role(goalkeeper)"}
