@@ -240,8 +240,10 @@ class SpeechService:
         repeats = heard_last is not None and heard_last["performative"] == message.performative.value
         if any(one["id"] == message.id for one in row.said) or (row.is_ours and repeats):
             if row.is_ours:
-                # A robot repeats itself when it has heard what was said last, but cannot answer it yet.
-                life.stop_repeating(row)
+                # A robot repeats itself when it has heard what was said last, but cannot answer it yet. A late copy of
+                # what it said before says nothing of that.
+                if message.in_reply_to == _last_said(row)["id"]:
+                    life.stop_repeating(row)
                 return []
             return [_speech(row)] if row.said[-1]["sender"] == SERVICE else []
         if row.is_over:
@@ -457,7 +459,7 @@ def _sendable(row: ConversationRow) -> Speech | None:
 
 def _speech(row: ConversationRow) -> Speech:
     """What the service has said last, as it is sent."""
-    said = next(one for one in reversed(row.said) if one["sender"] == SERVICE)
+    said = _last_said(row)
     return Speech(
         robot=row.robot,
         message_id=said["id"],
@@ -473,6 +475,11 @@ def _speech(row: ConversationRow) -> Speech:
         in_reply_to=said["in_reply_to"] or None,
         ends=row.is_over and row.is_ours,
     )
+
+
+def _last_said(row: ConversationRow) -> Mapping[str, Any]:
+    """What the service has said last."""
+    return next(one for one in reversed(row.said) if one["sender"] == SERVICE)
 
 
 def _reason(content: Term) -> str:

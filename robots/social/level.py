@@ -293,7 +293,8 @@ class SocialLevel:
             known.note_repeated(message)
             # Whoever has opened the conversation repeats by itself; else two would repeat without end.
             if known.side is Side.PARTICIPANT and (again := known.say_again()) is not None:
-                self._outbox.append(again)
+                # So the other sees which of its messages has arrived.
+                self._outbox.append(again.model_copy(update={"in_reply_to": message.id}))
             return
         if known is None and message.in_reply_to is not None:
             return  # an answer in a conversation that was before a restart, or is long over

@@ -82,6 +82,20 @@ class Desk:
                 about="goal-1",
             )
 
+    def call(self, opener: str) -> ConversationRow:
+        with self.database.write() as session:
+            return self.speech.open(
+                session,
+                world=LAB,
+                robot="yard_1",
+                what="bids",
+                performative=Performative.CFP,
+                content=Term("leg"),
+                protocol=CONTRACT_NET,
+                within_s=20.0,
+                opener=opener,
+            )
+
     def tell(self, session: Session, content: Term) -> ConversationRow:
         return self.speech.open(
             session,
@@ -177,28 +191,36 @@ def test_an_answer_after_the_time_is_over_changes_nothing(desk: Desk) -> None:
     assert desk.row(opened).state == "timed_out"
 
 
-def test_what_ends_a_conversation_is_due_until_it_was_sent_once(desk: Desk) -> None:
-    with desk.database.write() as session:
-        opened = desk.speech.open(
-            session,
-            world=LAB,
-            robot="yard_1",
-            what="bids",
-            performative=Performative.CFP,
-            content=Term("leg"),
-            protocol=CONTRACT_NET,
-            within_s=20.0,
-            opener="tests",
-        )
-    bid = SpeechAct(content="bid(leg_1)", protocol=CONTRACT_NET.name, conversation_id=opened.id)
-    offered = Message(
+def offer_to(opened: ConversationRow) -> Message:
+    return Message(
         performative=Performative.PROPOSE,
         sender="yard_1",
         receiver="service",
         sent_at_s=0.0,
         in_reply_to=opened.said[0]["id"],
-        body=bid,
+        body=SpeechAct(content="bid(leg_1)", protocol=CONTRACT_NET.name, conversation_id=opened.id),
     )
+
+
+def test_an_award_is_said_until_the_robot_has_heard_it_whatever_arrives_late(desk: Desk) -> None:
+    def award(session: Session, row: ConversationRow) -> None:
+        desk.speech.say(session, row, Performative.ACCEPT_PROPOSAL, Term("award", ("leg_1", "s")))
+
+    desk.speech.listen("awards", award)
+    opened = desk.call("awards")
+    offered = offer_to(opened)
+    desk.hear([offered, offered])
+    (said,) = desk.speech.due(LAB)
+    assert said.performative is Performative.ACCEPT_PROPOSAL
+    desk.hear([offered.model_copy(update={"id": "said-again"})])
+    assert [one.message_id for one in desk.speech.due(LAB)] == [said.message_id]
+    desk.hear([offered.model_copy(update={"in_reply_to": said.message_id})])
+    assert (desk.speech.due(LAB), desk.row(opened).state) == ([], "awarded")
+
+
+def test_what_ends_a_conversation_is_due_until_it_was_sent_once(desk: Desk) -> None:
+    opened = desk.call("tests")
+    offered = offer_to(opened)
     desk.hear([offered])
     with desk.database.write() as session:
         row = session.get_one(ConversationRow, (opened.id, opened.robot))

@@ -207,6 +207,23 @@ def test_nothing_that_is_said_stops_a_robot(
     air.run_for(8.0)
 
 
+def test_what_a_robot_says_again_names_the_message_that_it_has_heard_again() -> None:
+    air, fred, ginger = pair()
+    bids = Reply(performative=Performative.PROPOSE, content=Term("bid"))
+    ginger.social.on(Performative.CFP, "wave", lambda heard, robot: bids)
+    ginger.social.on(Performative.ACCEPT_PROPOSAL, "award", lambda heard, robot: None)
+    called = say(fred, "wave", Performative.CFP, protocol="fipa-contract-net")
+    air.run_for(1.0)
+    bid = air.sent[-1]
+    award = say(fred, "award", Performative.ACCEPT_PROPOSAL, protocol="fipa-contract-net", in_reply_to=bid.id)
+    air.run_for(1.0)
+    for copy in (award, called):
+        fred.send(copy)
+    air.run_for(1.0)
+    again = [(one.id, one.in_reply_to) for one in air.sent if one.sender == "ginger"]
+    assert again == [(bid.id, called.id), (bid.id, award.id), (bid.id, called.id)]
+
+
 def test_the_copies_of_a_message_are_counted() -> None:
     air, fred, _ = pair(loss=1.0)
     fred.social.say(Performative.REQUEST, "ginger", Term("wave"), protocol=REQUEST, within_s=20.0)
