@@ -11,8 +11,9 @@ from app.core import Core
 from app.domain.contact import Connection
 from app.domain.goal_language.words import joined
 from app.domain.lifecycles.dialogue import UNDER_WAY
-from app.store import DialogueRow
+from app.store import ConversationRow, DialogueRow
 from app.store.standing_holds import standing_holds
+from robots.social.persons import HALT
 from robots.wire import BehaviourPacket
 from robots.world import WorldFile
 
@@ -52,12 +53,21 @@ def _unfit(report: RobotReport) -> Iterator[str]:
 
 
 def _busy(session: Session, report: RobotReport, dialogue: str) -> Iterator[str]:
-    """Other requests of persons that the robot is at."""
+    """Other requests of persons that the robot is at, and orders to stop on their way."""
     name = report.view.name
     under_way = (DialogueRow.robot == name, DialogueRow.state.in_(UNDER_WAY), DialogueRow.id != dialogue)
     for row in session.scalars(select(DialogueRow).where(*under_way)):
         if row.packets:
             yield f"{name} is at {row.text!r}, as {row.said_by} has asked; say stop first"
+    unanswered = (
+        ConversationRow.world == report.view.world,
+        ConversationRow.robot == name,
+        ConversationRow.is_over.is_(False),
+    )
+    for said in session.scalars(select(ConversationRow.said).where(*unanswered)):
+        if said[0]["content"] == HALT:
+            # Heard late, it would end what is asked for now.
+            yield f"{name} has not answered stop yet; say it again then"
 
 
 def _taken(

@@ -387,24 +387,28 @@ class DialogueService:
             self._speech.cancel(conversation, "withdrawn")
             if row.packets and row.robot in self._worlds[row.world].links:
                 # A cancel would be said once, and may be lost; the order to halt is repeated.
-                self._speech.open(
+                halt = self._speech.open(
                     session,
                     world=row.world,
                     robot=row.robot,
                     what=PERSONS,
                     performative=Performative.REQUEST,
-                    content=Term(HALT),
+                    content=Term(HALT, (row.id,)),
                     protocol=OPENED_BY[Performative.REQUEST],
                     within_s=self._speech.patience_s(row.world, row.robot, ANSWER_S),
-                    opener="",
+                    opener=OPENER,
                     speaker=actor,
                 )
+                row.conversation = halt.id
         self._become(session, row, DialogueState.WITHDRAWN, actor, comment)
 
     def _hear(self, session: Session, conversation: ConversationRow) -> None:
         """Take what a robot has answered, or that it has not."""
         query = select(DialogueRow).where(DialogueRow.conversation == conversation.id).with_for_update()
         row = session.scalars(query).first()
+        if row is not None and row.state == DialogueState.WITHDRAWN:
+            self._hear_halted(session, row, conversation)
+            return
         if row is None or row.state not in life.UNDER_WAY:
             return
         if conversation.state == TIMED_OUT:
@@ -421,6 +425,17 @@ class DialogueService:
             return
         failed = state in (DialogueState.REFUSED, DialogueState.FAILED, DialogueState.NOT_UNDERSTOOD)
         self._become(session, row, state, row.robot, words if failed else "")
+
+    def _hear_halted(self, session: Session, row: DialogueRow, conversation: ConversationRow) -> None:
+        """Take what a robot answers to the order to end a script that was withdrawn, or that it does not."""
+        reason = row.reason
+        if conversation.state == TIMED_OUT:
+            unheard = f"{row.robot} has not answered the order to stop, and may still be at it"
+            reason = f"{reason}; {unheard}" if reason else unheard
+        elif (heard := last_heard(conversation)) is not None:
+            performative, content = heard
+            self._note(row, row.robot, performative, str(content), in_words(performative, content))
+        self._become(session, row, DialogueState.WITHDRAWN, row.robot, reason)
 
     def _refuse(self, session: Session, row: DialogueRow, reason: str, actor: str) -> None:
         self._note(row, row.robot, Performative.REFUSE, "", f"no: {reason}")

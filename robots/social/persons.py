@@ -1,7 +1,7 @@
 """What a robot does at a person's word (SRA: the human as an agent): requests, the order to stop, and questions.
 
 request perform(SCRIPT, packet(FACE_OBJECT, 20, object(sample_1)), ...)    agree; then inform done(SCRIPT), or failure
-request halt    inform halted(SCRIPT) once the robot's own script has ended, or refuse
+request halt(SCRIPT)    inform halted once that script has ended, or refuse; without a name, whichever the robot is at
 query-ref seen, position, battery, activity, held, beliefs, place(sample_1)    inform seen(sample_1, door_1)
 query-if sees(sample_1), holds(sample_1)    inform sees(sample_1), or not(sees(sample_1))
 
@@ -10,6 +10,7 @@ that carries out a script of a mission, or that somebody drives, refuses. A miss
 """
 
 from cmath import rect
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -37,6 +38,8 @@ LOOK_S = 5.0
 """How long the robot waits for the reading that a question needs (our choice)."""
 NEAR_M = 1.5
 """A robot within this of a place's middle says that it is near (our choice)."""
+MAX_HALTED = 64
+"""Scripts of which the robot remembers that they were withdrawn, should they arrive late (our choice)."""
 MAX_NAMED = 64
 """Names or beliefs in one answer."""
 
@@ -64,6 +67,7 @@ class PersonsRequests:
         self._is_open = is_open
         self._running: list[tuple[BehaviourScript, Heard]] = []
         self._looks: list[_Look] = []
+        self._halted: deque[str] = deque(maxlen=MAX_HALTED)
         self.handlers: Mapping[tuple[Performative, str], Callable[[Heard, Situated], Reply | None]] = {
             (Performative.REQUEST, PERFORM): self._perform,
             (Performative.REQUEST, HALT): self._halt,
@@ -129,6 +133,8 @@ class PersonsRequests:
                 performative=Performative.NOT_UNDERSTOOD, content=Term("reason", (str(error)[:300],))
             )
         script = script.model_copy(update={"id": f"{SAID}{script.id}", "mission_id": OWN})
+        if script.id in self._halted:
+            return Reply(performative=Performative.REFUSE, content=Term("refused", ("it was withdrawn",)))
         # NOTE: after a power failure the request is repeated, and must not be carried out twice.
         if robot.state_of(script.id) is None and (reason := robot.perform(script)) is not None:
             return Reply(performative=Performative.REFUSE, content=Term("refused", (reason,)))
@@ -136,7 +142,16 @@ class PersonsRequests:
         return Reply(performative=Performative.AGREE, content=Term("agreed", (_told_id(script),)))
 
     def _halt(self, heard: Heard, robot: Situated) -> Reply:
-        reason = robot.halt(SAID)
+        """End the script that is named, which spares what was asked for since; or whichever a person has asked for."""
+        if not heard.content.args:
+            reason = robot.halt(SAID)
+        else:
+            named = heard.content.words[0]
+            script_id = f"{SAID}{named}"
+            self._halted.append(script_id)
+            state = robot.state_of(script_id)
+            reason = f"{self._name} is not at {named}" if state is None or state in ENDED else None
+            robot.withdraw(script_id)
         if reason is not None:
             return Reply(performative=Performative.REFUSE, content=Term("refused", (reason,)))
         return _inform(Term("halted"))

@@ -250,7 +250,27 @@ def test_a_withdrawn_request_halts_the_robot(words: str | None, api: TestClient,
     else:
         withdrawn = say(api, words, dialogue=said["id"])
     assert withdrawn.json()["state"] == "withdrawn"
-    read_until(api, path, lambda one: any(heard[1] == "halt" for heard in robot.heard))
+    read_until(api, path, lambda one: one["lines"][-1]["words"] == "I have stopped")
+    assert robot.heard[-1][:2] == ("request", f"halt({said['id']})")
+
+
+def test_a_withdrawal_that_the_robot_does_not_answer_says_so(api: TestClient, team: FakeTeam) -> None:
+    known(api, team).says["perform"] = [AGREED]
+    path = f"{WORDS}/{say(api, FACE, approve=True).json()['id']}"
+    in_state(api, path, "agreed")
+    api.post(f"{path}:withdraw", json={"comment": "too far"})
+    team.clock.advance(FLAT_OUT * ANSWER_S)
+    unheard = "too far; yard_2 has not answered the order to stop, and may still be at it"
+    assert read_until(api, path, lambda one: one["reason"] == unheard)["state"] == "withdrawn"
+
+
+def test_nothing_new_is_asked_for_until_stop_is_answered(api: TestClient, team: FakeTeam) -> None:
+    robot = known(api, team)
+    stopped = say(api, "stop").json()
+    assert say(api, FACE).json()["reason"] == "yard_2 has not answered stop yet; say it again then"
+    robot.says["halt"] = [(Performative.REFUSE, 'refused("yard_2 stands")')]
+    in_state(api, f"{WORDS}/{stopped['id']}", "refused")
+    assert say(api, FACE).json()["state"] == "proposed"
 
 
 def test_a_robot_on_a_mission_refuses_and_stop_pauses_the_mission(

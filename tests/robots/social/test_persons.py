@@ -145,6 +145,30 @@ def test_halt_ends_it_and_a_robot_that_stands_says_so() -> None:
     ]
 
 
+def test_a_halt_that_names_a_script_spares_the_next_one() -> None:
+    service = fred_of(room())
+    request(service, DRIVE)
+    ends(service, 1)
+    assert ask(service, "halt(d1)", Performative.REQUEST, about="c2") == [
+        "inform halted",
+        "failure failed(d1, withdrawn)",
+    ]
+    request(service, DRIVE, name="d2")
+    ends(service, 4)
+    assert ask(service, "halt(d1)", Performative.REQUEST, about="c3") == [
+        'refuse refused("fred is not at d1")'
+    ]
+    assert service.upkeep[-1].state == "running"
+
+
+def test_a_request_that_arrives_after_its_halt_is_refused() -> None:
+    service = fred_of(room())
+    ask(service, "halt(d1)", Performative.REQUEST, about="c2")
+    request(service, DRIVE)
+    assert ends(service, 2, limit_s=3.0)[1] == 'refuse refused("it was withdrawn")'
+    assert service.upkeep == []
+
+
 def test_a_cancelled_request_ends_the_script() -> None:
     service = fred_of(room())
     request(service, DRIVE)
