@@ -99,7 +99,8 @@ class FakeWorld:
             clock=self.clock,
             society=society,
         )
-        assert agent.take_over(document.model_copy(update={"fence": 1}), body=None) is None
+        body = self.agents[name].memory().body
+        assert agent.take_over(document.model_copy(update={"fence": 1}), body=body) is None
         self.agents[name] = agent
 
     def tick(self) -> None:
