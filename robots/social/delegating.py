@@ -2,8 +2,9 @@
 
 Its script says which legs, and to whom; it stays responsible for them. It waits whether the service answers, which
 sees the whole plan and decides then, as without this: the script fails. Else it drives home, calls the named robots
-and awards the leg to the idle one that bids least. If that fails with empty jaws and has moved nothing, the others are
-called again; in each other case the script fails. What is under way is kept over a power failure.
+and awards the leg to the idle one that bids least. If the service is heard before that, it decides, too. If the other
+fails with empty jaws and has moved nothing, the others are called again, unless the service answers; in each other case
+the script fails. What is under way is kept over a power failure.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -131,11 +132,15 @@ class Delegating:
         if robot.state_of(leg.script_id) is ScriptState.PAUSED:
             if state.phase is not DelegationPhase.AWARDED:
                 self._note(since_s=now_s)
-                self._calls = ()
+                self._call_off(leg.leg.id)
+            return
+        if state.phase is not DelegationPhase.AWARDED and robot.service_heard_s >= state.since_s:
+            self._call_off(leg.leg.id)
+            self._give_up(leg, robot, "the service is in reach and decides")
             return
         match state.phase:
             case DelegationPhase.PROBING:
-                self._probe(state, leg, robot, now_s)
+                self._probe(state, robot, now_s)
             case DelegationPhase.MAKING_WAY:
                 self._make_way(state, leg, robot, now_s)
             case DelegationPhase.CALLING:
@@ -143,10 +148,8 @@ class Delegating:
             case DelegationPhase.AWARDED:
                 self._follow(state, leg, robot, now_s)
 
-    def _probe(self, state: DelegationMemory, leg: DelegatedLeg, robot: Situated, now_s: float) -> None:
-        if robot.service_heard_s >= state.since_s:
-            self._give_up(leg, robot, "the service is in reach and decides")
-        elif now_s >= state.since_s + 2 * robot.service_answers_s:
+    def _probe(self, state: DelegationMemory, robot: Situated, now_s: float) -> None:
+        if _has_waited(state, robot, now_s):
             self._note(phase=DelegationPhase.MAKING_WAY, since_s=now_s)
             self._is_to_drive = True
 
@@ -182,6 +185,8 @@ class Delegating:
     def _call(self, state: DelegationMemory, leg: DelegatedLeg, robot: Situated, now_s: float) -> None:
         decide_s = BIDS_WITHIN_S + self._speaker.round_trip_s
         if not self._calls:
+            if state.tried and not _has_waited(state, robot, now_s):
+                return  # the service may have learned of the first award, and answers that it has failed
             called = [one for one in leg.leg.robots if one not in state.tried]
             if not called:
                 self._give_up(leg, robot, "no other robot is left", DelegationState.NOT_TAKEN)
@@ -302,11 +307,20 @@ class Delegating:
     def _drop(self, state: DelegationMemory, now_s: float) -> None:
         """The script has ended otherwise: who does the leg is to stop."""
         self._state = None
-        self._calls = ()
+        self._call_off(state.leg)
         if self._awarded is not None and not self._awarded.has_ended:
             self._awarded.cancel()
             self._stop(state, self._awarded, now_s)
         self._awarded = None
+
+    def _call_off(self, leg: str) -> None:
+        """Leave the present call: nobody is awarded the leg."""
+        for one in self._calls:
+            if one.state == ContractNetState.PROPOSED:
+                self._speaker.say_in(one, Performative.REJECT_PROPOSAL, Term(REJECT, (leg,)))
+            else:
+                one.cancel()
+        self._calls = ()
 
     def _stop(self, state: DelegationMemory, awarded: Conversation, now_s: float) -> None:
         """Have the robot that was awarded the leg stop; it does so by itself once its time is over."""
@@ -353,6 +367,11 @@ class Delegating:
                     detail=detail,
                 )
             )
+
+
+def _has_waited(state: DelegationMemory, robot: Situated, now_s: float) -> bool:
+    """True once the service would have answered what the robot has reported at the phase's beginning."""
+    return now_s >= state.since_s + 2 * robot.service_answers_s
 
 
 def _aside(state: DelegationMemory, count: int) -> str:

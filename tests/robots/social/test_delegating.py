@@ -34,6 +34,7 @@ from robots.wire import (
     ScriptRequest,
     ScriptState,
     SpeechAct,
+    StatusQuery,
     UpkeepReport,
 )
 from robots.wire import Body as Content
@@ -263,6 +264,60 @@ def test_while_the_service_answers_it_decides_and_the_script_fails_as_before() -
     assert field.end is not None
     assert (field.end.state, field.said) == (ScriptState.FAILED, [])
     assert "the service is in reach" in field.end.detail
+
+
+def reach(field: Field, phase: DelegationPhase) -> None:
+    """Go on until fred's leg is in that phase."""
+    for _ in range(20 * 200):
+        field.tick()
+        delegation = field.world.agents["fred"].memory().mind.social.delegation
+        if delegation is not None and delegation.phase is phase:
+            return
+    raise AssertionError(f"{phase} was not reached")
+
+
+def test_a_service_that_is_heard_while_the_robot_makes_way_decides() -> None:
+    field = jammed("fred", "ginger")
+    field.order(mission("ginger"))
+    reach(field, DelegationPhase.MAKING_WAY)
+    field.go_on(1.0)
+    field.send("fred", StatusQuery(script_id="script-fred"), Performative.QUERY)
+    assert field.until(2.0)
+    assert field.end is not None
+    assert (field.end.state, field.said) == (ScriptState.FAILED, [])
+    assert "the service is in reach" in field.end.detail
+
+
+def test_a_service_that_is_heard_while_bids_are_awaited_decides_and_the_bids_are_rejected() -> None:
+    field = jammed("fred", "ginger", "basil")
+    field.mute.add("ginger")
+    field.order(mission("ginger", "basil"))
+    reach(field, DelegationPhase.CALLING)
+    field.go_on(3.0)
+    assert field.performatives("basil") == [Performative.PROPOSE]
+    field.send("fred", StatusQuery(script_id="script-fred"), Performative.QUERY)
+    assert field.until(2.0)
+    field.go_on(1.0)
+    acts = [Performative.CFP, Performative.CFP, Performative.REJECT_PROPOSAL]
+    assert field.performatives("fred") == acts
+    field.go_on(60.0)
+    assert field.performatives("fred") == acts
+    assert field.told == []
+
+
+def test_a_service_that_learns_of_the_award_decides_when_it_has_failed() -> None:
+    field = jammed("fred", "ginger", "basil", stuck=("fred", "ginger"))
+    field.order(mission("ginger", "basil"))
+    assert field.until(200.0, DelegationState.AWARDED)
+    field.in_reach = True
+    assert field.until(300.0)
+    assert field.end is not None
+    assert field.end.state is ScriptState.FAILED
+    assert "the service is in reach" in field.end.detail
+    assert [(one.state, one.robot) for one in field.delegations] == [
+        (DelegationState.AWARDED, "ginger"),
+        (DelegationState.FAILED, "ginger"),
+    ]
 
 
 @pytest.mark.parametrize("robots", [(), ("ginger",)], ids=["not granted", "the robot moved it"])
