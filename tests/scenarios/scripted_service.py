@@ -5,11 +5,15 @@ States its one goal under an idempotency key, prints a JSON line of world's time
 and ends when the goal has.
 """
 
+import gc
 import json
 import sys
 import time
 from pathlib import Path
 
+gc.disable()  # until it has started, as in `macta serve`
+
+# ruff: noqa: E402
 from app.composition import RunningWorld, Service
 from app.domain.lifecycles.goal import GoalState
 from app.planning.goal_service import GoalRequest
@@ -41,6 +45,8 @@ def main(data: Path) -> None:
         )
         with Service(settings, [world], worker=ScriptedWorker(store.store_sample_1())) as service:
             request = GoalRequest(world=store.world.name, text=GOAL, auto_approve=True)
+            gc.freeze()
+            gc.enable()
             goal = service.goals.submit(request, actor="storm", key="the goal")
             while True:
                 goal = service.goals.get(goal.id)
