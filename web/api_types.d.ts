@@ -145,6 +145,7 @@ interface Goal {
   alternatives?: { state: string; reason?: string } | null;
   deadline_s?: number | null;
   deadline_at_s?: number | null;
+  not_before_at_s?: number | null;
   priority?: number;
   readings?: Reading[];
   constraints?: Constraints;

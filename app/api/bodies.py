@@ -55,6 +55,9 @@ class SubmitGoal(Request):
     holds: Holds = []
     priority: int = Field(default=0, ge=-100, le=100)
     deadline_s: float | None = Field(default=None, gt=0, description="seconds from now, world's clock")
+    not_before_s: float | None = Field(
+        default=None, gt=0, description="the goal is not to be true earlier; seconds from now, world's clock"
+    )
     auto_approve: bool = False
     recovery: Policy | None = Field(
         default=None,
@@ -178,6 +181,9 @@ class GoalBody(BaseModel):
     priority: int
     deadline_s: float | None
     deadline_at_s: float | None = Field(default=None, description="the deadline by the world's clock")
+    not_before_at_s: float | None = Field(
+        default=None, description="before when it is not to be true, by the world's clock"
+    )
     constraints: Constraints = Field(
         default=UNCONSTRAINED, description="all of them, of the sentence and of the request"
     )
@@ -208,7 +214,7 @@ class GoalBody(BaseModel):
 
 
 GOAL_FIELDS = tuple(GoalBody.model_fields)
-OF_TERMS = ("constraints", "due", "readings", "holds")
+OF_TERMS = ("constraints", "due", "readings", "holds", "not_before_at_s")
 """What a goal's recorded terms hold of its body."""
 _COLUMNS = tuple(name for name in GOAL_FIELDS if name not in OF_TERMS)
 

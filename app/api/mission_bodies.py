@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.domain.lifecycles.mission import full_reason
 from app.domain.lifecycles.recovery import RecoveryStep
 from app.domain.lifecycles.script import unanswered_order
+from app.domain.mission_organiser.synchronisation import time_of
 from app.domain.recovery_rules import Measure, Policy
 from app.store import MissionRow, ScriptRow
 from app.store.records import values_of
@@ -86,11 +87,19 @@ def _packet_document(
         "detail": reported.get("detail", ""),
         "delegated_to": reported.get("delegated_to"),
         "waits_for": [
-            f"{action} of {' and '.join(doers.get(action, ()))}"
+            _awaited(action, doers)
             for action in planned.get("after", ())
             if action not in cleared and action not in reported.get("cleared_by", ())
         ],
     }
+
+
+def _awaited(action: str, doers: Mapping[str, Sequence[str]]) -> str:
+    """What a packet is to be cleared for, in words: an action and its robots, or a time."""
+    at_s = time_of(action)
+    if at_s is not None:
+        return f"{at_s:.0f} s by the world's clock"
+    return f"{action} of {' and '.join(doers.get(action, ()))}"
 
 
 class TroubleBody(BaseModel):

@@ -130,6 +130,9 @@ def plan(
         typer.Option(help="Quantity to minimise; on_time: the goals that are expected to miss the deadline."),
     ] = "makespan",
     deadline: Annotated[float | None, typer.Option(help="Seconds until every goal must be true.")] = None,
+    not_before: Annotated[
+        float | None, typer.Option(help="Seconds until which no goal is to become true.")
+    ] = None,
     engine: Annotated[
         str,
         typer.Option(
@@ -163,7 +166,7 @@ def plan(
     extras = ExtrasRequest(alternatives=alternatives, explanation=explain)
     with reported_errors():
         request = PlanningRequest(time_limit_s=time_limit, effort_s=effort, objective=Objective(objective))
-        if domain and problem and not (goal or optional or pddl or knowledge_base or deadline):
+        if domain and problem and not (goal or optional or pddl or knowledge_base or deadline or not_before):
             given = (domain, problem, agent or [], request)
             raise typer.Exit(plan_pddl(*given, engine_name=engine, as_json=json, extras=extras))
         if domain or problem or agent or not (goal or optional):
@@ -180,6 +183,7 @@ def plan(
                 as_json=json,
                 extras=extras,
                 deadline_s=deadline,
+                not_before_s=not_before,
                 pddl=pddl,
                 verbs=packs.verbs(),
                 perceives=read_repertoire(packs.packets).senses,

@@ -133,6 +133,7 @@ def plan(
     as_json: bool,
     extras: ExtrasRequest = NO_EXTRAS,
     deadline_s: float | None = None,
+    not_before_s: float | None = None,
     pddl: Path | None = None,
     verbs: Verbs | None = None,
     perceives: Perceives | None = None,
@@ -142,6 +143,7 @@ def plan(
 
     :param extras: what to show with the plan.
     :param deadline_s: when every goal must be true, from the plan's start.
+    :param not_before_s: until when none is to become true, likewise.
     :param pddl: a folder to write the problem to as PDDL before it is planned.
     :param verbs: of the sentences; default: those that ship with Macta.
     :param perceives: what robots sense by their sensors that do not say what they sense; None: all.
@@ -191,6 +193,8 @@ def plan(
         )
     if deadline_s is not None:
         problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
+    if not_before_s is not None:
+        problem = replace(problem, not_before_s=dict.fromkeys(problem.goals, not_before_s))
     if pddl is not None:
         _write_pddl(pddl, knowledge_base, problem)
     return _plan(

@@ -56,6 +56,9 @@ class ActionBody(PlanPart):
     distance_m: float = Field(default=0.0, description="driven by its robots together")
     energy_j: float = Field(default=0.0, description="used by its robots together")
     under_way: bool = Field(default=False, description="it is already being executed when the plan starts")
+    not_before_s: float = Field(
+        default=0.0, description="it starts then at the earliest, for a goal that is not to be true before"
+    )
     phase: int = Field(default=0, description="which phase of the action it is, counted from 1; 0: all of it")
     phases: int = Field(default=0, description="how many phases the action has")
     description: str

@@ -15,6 +15,7 @@ from sqlalchemy.orm import Session
 
 from app.domain.events import ScriptCleared
 from app.domain.lifecycles.script import DELIVERABLE, has_failed, has_terminated
+from app.domain.mission_organiser.synchronisation import time_of
 from app.store import MissionRow, ScriptRow
 from app.store.event_log import EventLog
 from robots.wire import PacketReport, PacketState, ScriptReport, ScriptState
@@ -25,7 +26,22 @@ def action_has_ended(scripts: Iterable[ScriptRow], action: str) -> bool:
 
     :param scripts: all of one plan.
     """
+    if time_of(action) is not None:  # which has come for all at once, when it was noticed
+        return any(action in script.cleared for script in scripts)
     return all(_has_ended_its_part(script, action) for script in scripts if action in packets_of(script))
+
+
+def next_time_s(scripts: Iterable[ScriptRow]) -> float | None:
+    """The next time, by the world's clock, that a packet waits for and that has not been noticed to have come."""
+    awaited = (
+        time_of(one)
+        for script in scripts
+        if script.delivery in DELIVERABLE and not has_terminated(script)
+        for packet in script.body["packets"]
+        for one in packet.get("after", ())
+        if one not in script.cleared
+    )
+    return min((at_s for at_s in awaited if at_s is not None), default=None)
 
 
 def told_by_peers(
@@ -64,7 +80,8 @@ def begun_uncleared(
         if packet["id"] == packet_id and said:
             told = told | told_by_peers(script, packet_id, said)
         for action in packet.get("after", ()):
-            if action not in told and not action_has_ended(scripts, action):
+            is_action = time_of(action) is None
+            if is_action and action not in told and not action_has_ended(scripts, action):
                 return packet["id"], action
         if packet["id"] == packet_id:
             return None
@@ -114,11 +131,17 @@ def packets_of(script: ScriptRow) -> list[str]:
 
 
 def renew_clearances(
-    session: Session, events: EventLog, mission: MissionRow, scripts: Sequence[ScriptRow]
+    session: Session,
+    events: EventLog,
+    mission: MissionRow,
+    scripts: Sequence[ScriptRow],
+    *,
+    now_s: float | None = None,
 ) -> None:
     """Record new clearances for actions that have ended since the last ones, unless the mission is to stop.
 
     :param scripts: all of the plan that the mission carries out now.
+    :param now_s: by the world's clock; None: it is not looked for times that have come.
     """
     if mission.cancel_requested or any(map(has_failed, scripts)):
         return
@@ -130,12 +153,22 @@ def renew_clearances(
         if script.delivery not in DELIVERABLE or has_terminated(script):
             continue
         after = dict.fromkeys(one for packet in script.body["packets"] for one in packet.get("after", ()))
-        ended = [action for action in after if action_has_ended(doers[action], action)]
+        ended = [one for one in after if _has_come(one, script, doers, now_s)]
         fresh = [action for action in ended if action not in script.cleared]
         if fresh:
             script.cleared = ended
             script.clearance = f"clearance:{len(ended)}"
             events.append(session, ScriptCleared(subject=script.id, robot=script.robot, ended=tuple(fresh)))
+
+
+def _has_come(
+    awaited: str, script: ScriptRow, doers: Mapping[str, Sequence[ScriptRow]], now_s: float | None
+) -> bool:
+    """True if the action has ended, or the time has come, that the script's robot waits for."""
+    at_s = time_of(awaited)
+    if at_s is None:
+        return action_has_ended(doers.get(awaited, ()), awaited)
+    return awaited in script.cleared or (now_s is not None and at_s <= now_s)
 
 
 def _has_ended_its_part(script: ScriptRow, action: str) -> bool:

@@ -6,11 +6,12 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.events import MissionDispatching
+from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles.mission import MissionState
 from app.domain.lifecycles.script import Delivery, script_id
 from app.domain.mission_organiser import Library, OrganiserFailure, organise
-from app.store import MissionRow, ScriptRow
+from app.store import GoalRow, MissionRow, ScriptRow
 from planner import Senses
 from robots.wire import BehaviourScript
 
@@ -58,6 +59,7 @@ class ScriptDispatcher:
             script_ids=lambda robot: script_id(mission.id, robot, mission.revision),
             senses=None if self._senses is None else self._senses[mission.world],
             clearing=() if self._clearing is None else self._clearing[mission.world],
+            not_before_at_s=_not_before_at_s(session, mission),
             delegating=self._delegating[mission.world] if mission.delegate and self._delegating else (),
         )
         if isinstance(organised, OrganiserFailure):
@@ -84,6 +86,11 @@ class ScriptDispatcher:
             ),
         )
         return ""
+
+
+def _not_before_at_s(session: Session, mission: MissionRow) -> float | None:
+    """When the mission's goal may become true at the earliest, by the world's clock."""
+    return GoalTerms.from_json(session.get_one(GoalRow, mission.goal_id).terms).not_before_at_s
 
 
 def _script_row(script: BehaviourScript, plan_id: str, now_s: float) -> ScriptRow:

@@ -19,6 +19,7 @@ from app.domain.lifecycles.mission import MissionState, active_state, assess, ha
 from app.domain.lifecycles.recovery import RecoveryStep
 from app.domain.lifecycles.script import ask, order
 from app.domain.mission_monitor import Verdict, cancelled, review
+from app.missions.clearance import next_time_s, renew_clearances
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.ending import end_mission
 from app.missions.mission_view import MissionViews, scripts_of_all_plans
@@ -134,6 +135,9 @@ class MissionLife:
             times = self._times[mission.world]
             now_s = times.clock.now_s()
             monotonic_s = self._clock.monotonic_s()
+            current = [script for script in scripts if script.plan_id == mission.plan_id]
+            renew_clearances(session, self._events, mission, current, now_s=now_s)
+            until_s = next_time_s(current)
             view = self._views.of(session, mission, scripts, now_s=now_s, monotonic_s=monotonic_s)
             verdict = review(view, patience_s=times.patience_s(self._patience_s))
             if verdict.state.ended:
@@ -151,7 +155,8 @@ class MissionLife:
                 return LONGEST_SLEEP_S  # an answer, a plan or a decision wakes the workflow
             if mission.asked_at is not None:
                 return min(self._patience_s, 1.0)
-            return times.wall_s(verdict.wait_s)
+            wait_s = verdict.wait_s if until_s is None else min(verdict.wait_s, until_s - now_s)
+            return times.wall_s(wait_s)
 
     def _act(
         self,

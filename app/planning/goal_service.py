@@ -57,6 +57,7 @@ class GoalRequest:
     :param text: a sentence; None if `goal` is given, or `holds` alone.
     :param constraints: beside those of the sentence; likewise `holds`.
     :param deadline_s: from now, by the world's clock; None also if the sentence states a deadline.
+    :param not_before_s: how long it is not to be true, from now, by the world's clock.
     :param recovery: a `Policy`; None: by `auto_approve`.
     """
 
@@ -67,6 +68,7 @@ class GoalRequest:
     holds: Sequence[StatedHold] = ()
     priority: int = 0
     deadline_s: float | None = None
+    not_before_s: float | None = None
     auto_approve: bool = False
     recovery: str | None = None
     allocation: Allocation = Allocation.CENTRAL
@@ -199,6 +201,12 @@ class GoalService:
                 )
             _refuse(self._issues(session, stated, world, facts), request.text or "")
             deadline_s = self._deadline_s(world.name, request.deadline_s, stated.due)
+            later_s = request.not_before_s
+            if later_s is not None and deadline_s is not None and deadline_s <= later_s:
+                raise Invalid(
+                    f"the goal is not to be true for {later_s:g} s, and due in {deadline_s:g} s",
+                    code="due-before-it-may-be",
+                )
             row = GoalRow(
                 id=goal_id,
                 world=world.name,
@@ -221,7 +229,9 @@ class GoalService:
             if stated.holds:
                 session.flush()
             holds = self._holds.begin(session, row, stated.holds, world, actor=actor)
-            row.terms = _terms(request, stated, holds)
+            row.terms = _terms(
+                request, stated, holds, not_before_at_s=_after(self._clocks[world.name], later_s)
+            )
             if goals:
                 self._requests.plan_goal(session, row, actor=actor)
             else:
@@ -469,7 +479,9 @@ def _words(goals: Sequence[SymbolicFact], holds: Sequence[StatedHold]) -> str:
     return " and ".join((*map(str, goals), *(f"keep {hold.words}" for hold in holds)))
 
 
-def _terms(request: GoalRequest, stated: _Stated, holds: Sequence[GoalHold]) -> dict[str, Any]:
+def _terms(
+    request: GoalRequest, stated: _Stated, holds: Sequence[GoalHold], *, not_before_at_s: float | None
+) -> dict[str, Any]:
     terms = GoalTerms(
         constraints=stated.constraints,
         requested=request.constraints,
@@ -478,6 +490,8 @@ def _terms(request: GoalRequest, stated: _Stated, holds: Sequence[GoalHold]) -> 
         holds=tuple(holds),
         requested_holds=tuple(request.holds),
         emptying=stated.emptying,
+        not_before_s=request.not_before_s,
+        not_before_at_s=not_before_at_s,
     )
     return terms.model_dump(mode="json")
 
@@ -496,6 +510,7 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
     same_terms = (
         terms.requested,
         terms.requested_holds,
+        terms.not_before_s,
         row.priority,
         deadline_s,
         row.auto_approve,
@@ -505,6 +520,7 @@ def _same(row: GoalRow, request: GoalRequest, world: WorldFile) -> GoalRow:
     ) == (
         request.constraints,
         tuple(request.holds),
+        request.not_before_s,
         request.priority,
         request.deadline_s,
         request.auto_approve,

@@ -262,7 +262,11 @@ class ProblemBuilder:
 
 
 def _urgent(problem: PlanningProblem, goal: GoalRow, now_s: float) -> PlanningProblem:
-    """The problem with the goal's priority and the time left until its deadline."""
+    """The problem with the goal's priority and the times left until it may be true and until its deadline."""
+    not_before_at_s = GoalTerms.from_json(goal.terms).not_before_at_s
+    if not_before_at_s is not None and not_before_at_s > now_s:
+        later_s = dict.fromkeys(problem.goals, not_before_at_s - now_s)
+        problem = replace(problem, not_before_s=later_s)
     priorities: dict[Fact, int] = dict.fromkeys(problem.goals, goal.priority)
     if goal.deadline_at_s is None:
         return replace(problem, priorities=priorities)

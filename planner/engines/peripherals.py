@@ -319,5 +319,6 @@ def _without(
         },
         stages={goal: stage for goal, stage in problem.stages.items() if goal in goals},
         deadlines_s={goal: due_s for goal, due_s in problem.deadlines_s.items() if goal in goals},
+        not_before_s={goal: start_s for goal, start_s in problem.not_before_s.items() if goal in goals},
         access=Access(),
     )

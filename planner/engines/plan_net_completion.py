@@ -10,7 +10,7 @@ from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.synchronisation import keep_in_step
-from planner.plan_nets.validation import faults_of, unjustified
+from planner.plan_nets.validation import faults_of, too_early, unjustified
 from planner.problem.interface import PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
 from planner.problem.static_facts import StaticFacts
 
@@ -21,7 +21,8 @@ def complete_plan_net(
     knowledge_base: KnowledgeBase,
     statics: StaticFacts,
 ) -> PlanNet | str:
-    """The checked plan-net with what keeps each ordering, or the reason if one is there for no intended effect.
+    """The checked plan-net with what keeps each ordering, or the reason if an action is there for no intended effect,
+    or brings about a goal too early.
 
     :param sequence: of whole actions, of phases, or of both.
 
@@ -31,9 +32,18 @@ def complete_plan_net(
     phases = [phase for action in sequence for phase in knowledge_base.phases_of(action, problem.facts)]
     order = extract(phases, problem.facts, problem.goals, problem.stages)
     recruitment = recruitment_of(order.actions, statics)
-    plan_net = assemble(order, problem.goals, knowledge_base, recruitment, deadlines_s=problem.deadlines_s)
+    plan_net = assemble(
+        order,
+        problem.goals,
+        knowledge_base,
+        recruitment,
+        deadlines_s=problem.deadlines_s,
+        not_before_s=problem.not_before_s,
+    )
     if idle := unjustified(plan_net, knowledge_base):
         return idle[0]
+    if early := too_early(plan_net):
+        return early[0]
     if faults := faults_of(plan_net, problem.facts, knowledge_base):
         raise InvalidPlan("; ".join(faults))
     return keep_in_step(plan_net, problem.facts, problem.objects, knowledge_base, problem.senses)

@@ -62,7 +62,13 @@ class StagedEngine:
         sequence: list[GroundAction] = []
         for number, goals in enumerate(stages):
             left = {goal: due_s - elapsed_s for goal, due_s in problem.deadlines_s.items() if goal in goals}
-            result = planner.plan(replace(problem, facts=facts, goals=goals, deadlines_s=left, stages={}))
+            later = {
+                goal: start_s - elapsed_s for goal, start_s in problem.not_before_s.items() if goal in goals
+            }
+            stage = replace(
+                problem, facts=facts, goals=goals, deadlines_s=left, not_before_s=later, stages={}
+            )
+            result = planner.plan(stage)
             if result.plan_net is None:
                 return _unplanned(result, stages, number)
             actions = _ground(result.plan_net)

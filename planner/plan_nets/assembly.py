@@ -1,7 +1,7 @@
 """From a partial order to the plan-net: time windows, ids, descriptions."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -17,11 +17,13 @@ def assemble(
     knowledge_base: KnowledgeBase,
     recruitment: Mapping[str, str],
     deadlines_s: Mapping[Fact, float] | None = None,
+    not_before_s: Mapping[Fact, float] | None = None,
 ) -> PlanNet:
     """The scheduled plan-net; actions are called a1, a2, … in the order of their earliest start.
 
     :param deadlines_s: goals' deadlines, seconds from the plan's start; they bound the latest starts. What cannot
         be kept stands in the plan-net's `late`.
+    :param not_before_s: when the actions that achieve goals may start at the earliest, likewise.
     """
     end = len(order.actions)
     achievers = {link.fact: link.producer for link in order.links if link.consumer == end}
@@ -31,7 +33,12 @@ def assemble(
         for goal, producer in achievers.items()
         if deadlines_s and goal in deadlines_s and producer != FROM_START
     }
-    times = windows(spans, order.orderings, _ends_by(due.values()))
+    starts_from: dict[int, float] = {}
+    for goal, producer in achievers.items():
+        start_s = (not_before_s or {}).get(goal, 0.0)
+        if producer != FROM_START and start_s > 0.0:
+            starts_from[producer] = round(max(start_s, starts_from.get(producer, 0.0)), 3)
+    times = windows(spans, order.orderings, _ends_by(due.values()), starts_from)
     ranked = sorted(range(end), key=lambda position: (times.earliest[position], position))
     rank = {position: number for number, position in enumerate([*ranked, end], start=1)}
     names = {position: f"a{number}" for position, number in rank.items()}
@@ -39,7 +46,10 @@ def assemble(
     return PlanNet(
         goals=tuple(goals),
         actions=tuple(
-            _action(names[p], order.actions[p], times.earliest[p], times.latest[p], knowledge_base)
+            replace(
+                _action(names[p], order.actions[p], times.earliest[p], times.latest[p], knowledge_base),
+                not_before_s=starts_from.get(p, 0.0),
+            )
             for p in ranked
         ),
         causal_links=tuple(

@@ -98,7 +98,7 @@ def _ends(plan_net: PlanNet, number: Mapping[str, int], durations: "_Durations")
     following: list[set[int]] = [set() for _ in number]
     for before, after in _pairs(plan_net):
         following[number[before]].add(number[after])
-    ends = [np.zeros(durations.count, dtype=np.float32) for _ in number]
+    ends = [np.full(durations.count, action.not_before_s, dtype=np.float32) for action in plan_net.actions]
     for place in topological(following):
         # Until now it held the start: the latest end of what comes before.
         ends[place] += durations.of(plan_net.actions[place])

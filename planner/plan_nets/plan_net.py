@@ -45,12 +45,16 @@ class OrderingReason(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanNetAction(GroundAction):
-    """A ground plan-net action (table 3) with its time window, seconds from the plan's start."""
+    """A ground plan-net action (table 3) with its time window, seconds from the plan's start.
+
+    `not_before_s`: it starts then at the earliest, as it achieves a goal that is not to be true before; 0: any time.
+    """
 
     id: str
     earliest_start_s: float
     latest_start_s: float
     description: str
+    not_before_s: float = 0.0
 
     @property
     def earliest_end_s(self) -> float:

@@ -28,6 +28,7 @@ def faults_of(plan_net: PlanNet, facts: frozenset[Fact], knowledge_base: Knowled
         *_resource_faults(plan_net, precedence),
         *_phase_faults(plan_net),
         *_schedule_faults(plan_net),
+        *too_early(plan_net),
         *unjustified(plan_net, knowledge_base),
         *([fault] if (fault := fault_of(linearisation(plan_net), facts, plan_net.goals)) else []),
     ]
@@ -135,6 +136,11 @@ def _schedule_faults(plan_net: PlanNet) -> list[str]:
     earliest."""
     actions = {action.id: action for action in plan_net.actions}
     faults = [f"{a.id} has its latest start before its earliest" for a in plan_net.actions if a.slack_s < 0]
+    faults += [
+        f"{a.id} starts before {a.not_before_s:g} s"
+        for a in plan_net.actions
+        if a.earliest_start_s < a.not_before_s - ROUNDING_S
+    ]
     for ordering in plan_net.orderings:
         one = actions[ordering.before]
         other = actions[ordering.after]
@@ -143,6 +149,23 @@ def _schedule_faults(plan_net: PlanNet) -> list[str]:
         if one.latest_start_s + one.duration_s > other.latest_start_s + ROUNDING_S:
             faults.append(f"{one.id} may end after {other.id} must start")
     return faults
+
+
+def too_early(plan_net: PlanNet) -> list[str]:
+    """No other action brings about a goal that is not to be true before a time."""
+    actions = {action.id: action for action in plan_net.actions}
+    achieved = {link.fact: link.producer for link in plan_net.causal_links if link.consumer == GOAL}
+    waited_for = {
+        fact: producer
+        for fact, producer in achieved.items()
+        if producer != INITIAL and actions[producer].not_before_s > 0
+    }
+    return [
+        f"{action.id} brings about {fact} before {waited_for[fact]} may"
+        for action in plan_net.actions
+        for fact in action.effects
+        if waited_for.get(fact, action.id) != action.id
+    ]
 
 
 def unjustified(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> list[str]:

@@ -51,6 +51,8 @@ class PlanningProblem:
     `objects` maps each object to its type; `functions` gives the numbers durations are made of, e.g.
     ("distance_m", ("door_1", "interchange_1")) -> 3.2; absent means the two are not connected.
     `deadlines_s` says by when a goal is to be true, seconds from the plan's start (negative if that is over);
+    `not_before_s` before when it is not to become true: the action that achieves it does not start earlier, so that it
+    is not true earlier however quick the action is; what holds already is left so.
     `priorities` how much its lateness counts, higher is more urgent, 0 unless told. `stages` is the order among goals:
     those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told. `numbers` are the
     numeric facts that the facts of compared quantities follow from; they explain why a goal has no plan. `crossings`:
@@ -68,6 +70,7 @@ class PlanningProblem:
     goals: tuple[Fact, ...]
     functions: Mapping[tuple[str, tuple[str, ...]], float] = field(default_factory=dict)
     deadlines_s: Mapping[Fact, float] = field(default_factory=dict)
+    not_before_s: Mapping[Fact, float] = field(default_factory=dict)
     priorities: Mapping[Fact, int] = field(default_factory=dict)
     stages: Mapping[Fact, int] = field(default_factory=dict)
     numbers: Numbers = field(default_factory=dict)

@@ -127,6 +127,13 @@ def test_what_a_plan_leaves_out_is_told_with_its_worth_and_why(page: Page, servi
     expect(left_out.locator("li")).to_have_text([f"in(sample_3, bay_8), worth 2: {why}"])
 
 
+def test_a_goal_that_is_not_to_be_true_yet_says_for_how_long(page: Page, service: FakeService) -> None:
+    service.propose(GOAL, not_before_at_s=service.time_s + 20.0)
+    expect(page.get_by_test_id("goal-due")).to_have_text("not before 20.0 s from now")
+    service.time_s += 25.0
+    expect(page.get_by_test_id("goal-due")).to_have_count(0)
+
+
 @pytest.mark.parametrize(("outcome", "word"), [("unsolvable", "unsolvable"), ("timed_out", "no plan found")])
 def test_only_what_is_proven_is_called_unsolvable(
     page: Page, service: FakeService, outcome: str, word: str

@@ -33,6 +33,8 @@ class GoalTerms(BaseModel):
     :param requested: those of the request alone.
     :param holds: all of them; `requested_holds`: those of the request alone; `emptying`: the goals that empty
         their places, the last ones of the goal.
+    :param not_before_s: how long after its submission the goal is not to be true; `not_before_at_s`: until when, by the
+        world's clock.
     :param due: the deadline that the sentence states; None if it states none.
     """
 
@@ -45,6 +47,8 @@ class GoalTerms(BaseModel):
     holds: tuple[GoalHold, ...] = ()
     requested_holds: tuple[StatedHold, ...] = ()
     emptying: tuple[SymbolicFact, ...] = ()
+    not_before_s: float | None = None
+    not_before_at_s: float | None = None
 
     @classmethod
     def from_json(cls, terms: Mapping[str, Any] | None) -> Self:

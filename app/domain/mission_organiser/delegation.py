@@ -106,9 +106,10 @@ def _positions(facts: Collection[Fact], robot: str) -> set[str]:
 def _can_be_passed_on(plan_net: PlanNet, leg: Leg, robot: str) -> bool:
     """Whether another robot could do it, whoever that is.
 
-    Our choice: not if an action of it has phases, which are not known as drives and waits of the robot alone.
+    Our choice: not if an action of it has phases, which are not known as drives and waits of the robot alone, nor if
+    one waits for a time, which the service tells.
     """
-    if any(action.phase for action in leg):
+    if any(action.phase or action.not_before_s > 0 for action in leg):
         return False
     ids = {action.id for action in leg}
     agents = {action.id: action.agents for action in plan_net.actions}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from app.domain.mission_organiser.behaviours_library import Library
 from app.domain.mission_organiser.delegation import delegable_legs, delegation_s
-from app.domain.mission_organiser.synchronisation import clearances, message_count
+from app.domain.mission_organiser.synchronisation import clearance_at, clearances, message_count
 from app.domain.world_model.senses import awaited_facts, unsensed
 from app.domain.world_model.vocabulary import symbolic_all
 from planner import TEAM_SEPARATOR, Fact, KnowledgeBase, PlanNet, PlanNetAction, Senses
@@ -66,6 +66,7 @@ def organise(
     senses: Senses | None = None,
     clearing: Collection[str] = (),
     delegating: Collection[str] = (),
+    not_before_at_s: float | None = None,
 ) -> Organised | OrganiserFailure:
     """Match each action's linking goals against the library's index and write the scripts.
 
@@ -76,6 +77,8 @@ def organise(
         each other.
     :param clearing: robots that clear each other; the others wait for the service's word alone.
     :param delegating: robots that may put legs to each other, if that is granted; waits are the longer for it.
+    :param not_before_at_s: when goals may become true at the earliest, by the world's clock; for actions with
+        `not_before_s`.
     :param senses: what robots sense now, of those that do not sense all that is sensed; None: as when it was planned.
     """
     if senses and (lacking := next(unsensed(plan_net, senses, knowledge_base), None)) is not None:
@@ -111,7 +114,13 @@ def organise(
     later_s = message_count(plan_net) * answer_s
     later_s += delegation_s(plan_net, [leg for of_robot in legs.values() for leg in of_robot])
     writer = _ScriptWriter(
-        plan_net, knowledge_base, found, later_s=later_s, clearing=frozenset(clearing), script_ids=name
+        plan_net,
+        knowledge_base,
+        found,
+        later_s=later_s,
+        clearing=frozenset(clearing),
+        script_ids=name,
+        not_before_at_s=not_before_at_s,
     )
     return Organised(
         scripts=tuple(
@@ -143,12 +152,14 @@ class _ScriptWriter:
         later_s: float,
         clearing: frozenset[str],
         script_ids: Callable[[str], str],
+        not_before_at_s: float | None,
     ) -> None:
         """
         :param found: by action id and robot.
         :param later_s: how much later than planned what robots wait for may come.
         """
         self._clearing = clearing
+        self._not_before_at_s = not_before_at_s
         self._script_ids = script_ids
         self._wait_timeout_s = max(MIN_WAIT_S, WAIT_FACTOR * plan_net.makespan_s) + later_s
         self._plan_net = plan_net
@@ -168,14 +179,15 @@ class _ScriptWriter:
         required = tuple(f for f in action.preconditions if f in found.requires or f in awaits)
         base = self._knowledge_base
         after = self._after(action, robot)
-        depends = bool(awaits or after or len(action.agents) > 1)
+        times = self._times(action)
+        depends = bool(awaits or after or times or len(action.agents) > 1)
         return BehaviourPacket(
             id=action.id,
             tag=found.tag,
             arguments={**action.arguments, **_roles(action, robot)},
             requires=symbolic_all(required, base),
             awaits=symbolic_all(awaits, base),
-            after=after,
+            after=(*after, *times),
             told_by={one: self._told_by(one, robot) for one in after if self._told_by(one, robot)},
             tells=tuple(self._tells(action, robot)),
             achieves=symbolic_all(linking_goals(self._plan_net, action), base),
@@ -193,6 +205,12 @@ class _ScriptWriter:
         """The actions whose clearance the packet waits for, without those that its robot itself does alone."""
         before = self._clearances.get(action.id, ())
         return tuple(one for one in before if self._agents[one] != (robot,))
+
+    def _times(self, action: PlanNetAction) -> tuple[str, ...]:
+        """The time that the packet waits for, if any."""
+        if self._not_before_at_s is None or action.not_before_s <= 0:
+            return ()
+        return (clearance_at(self._not_before_at_s),)
 
     def _told_by(self, action: str, robot: str) -> tuple[str, ...]:
         """The robots that tell this one when they have ended their parts of an action; none if one of them cannot."""

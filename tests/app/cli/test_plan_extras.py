@@ -62,6 +62,14 @@ def test_a_plan_tells_when_goals_are_likely_achieved_and_how_likely_in_time(
     assert likely["goals"][0]["p10_s"] < likely["goals"][0]["p90_s"]
 
 
+def test_a_goal_may_be_one_that_is_not_to_be_true_yet() -> None:
+    document = json.loads(CliRunner().invoke(app, [*GOAL, "--json", "--not-before", "200"]).stdout)
+    (last,) = [action for action in document["actions"] if action["not_before_s"]]
+    assert last["earliest_start_s"] == last["not_before_s"] == 200
+    assert document["critical_path"] == [last["id"]]
+    assert document["forecast"]["goals"][0]["p10_s"] > 200
+
+
 def test_what_is_optional_is_left_out_if_the_deadline_is_too_near(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "160")
     optional = ("--optional", "5: move sample_2 to bay_3", "--optional", "2: move sample_3 to bay_8")

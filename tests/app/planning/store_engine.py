@@ -44,7 +44,9 @@ class StoreEngine:
                 reason=why_unsolvable(self._base, problem),
             )
         achieving = extract(steps.actions, problem.facts, problem.goals)
-        plan_net = assemble(achieving, problem.goals, self._base, {}, problem.deadlines_s)
+        plan_net = assemble(
+            achieving, problem.goals, self._base, {}, problem.deadlines_s, problem.not_before_s
+        )
         return PlanningResult(
             status=PlanningStatus.SOLVED,
             engine=self.name,

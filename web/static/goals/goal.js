@@ -80,6 +80,9 @@ function dueText(goal, worldTime) {
   } else if (typeof goal.deadline_s === "number") {
     parts.push(`due within ${seconds(goal.deadline_s)}`);
   }
+  if (typeof goal.not_before_at_s === "number" && typeof worldTime === "number" && goal.not_before_at_s > worldTime && !goal.outcome) {
+    parts.push(`not before ${seconds(goal.not_before_at_s - worldTime)} from now`);
+  }
   if (goal.priority) parts.push(`priority ${goal.priority}`);
   return parts.length ? el("p", { class: "small", "data-testid": "goal-due" }, parts.join(", ")) : null;
 }
