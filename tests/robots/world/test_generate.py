@@ -16,6 +16,7 @@ from robots.world import (
     store_shape,
     world_yaml,
 )
+from robots.world.parts import PHASE_TAGS, STORE_TAGS
 
 STAND_OFF_M = 0.6
 SHAPES = {
@@ -145,3 +146,11 @@ def _to_segment_m(point: tuple[float, float], start: tuple[float, float], end: t
     along = ((x - x0) * (x1 - x0) + (y - y0) * (y1 - y0)) / ((x1 - x0) ** 2 + (y1 - y0) ** 2)
     share = min(1.0, max(0.0, along))
     return hypot(x - x0 - share * (x1 - x0), y - y0 - share * (y1 - y0))
+
+
+def test_robots_of_a_store_in_phases_have_their_packets_in_its_file_too(tmp_path: Path) -> None:
+    plain = generate_world(store_shape())
+    assert {robot.repertoire for robot in plain.robots} == {STORE_TAGS}
+    file = tmp_path / "store.yaml"
+    file.write_text(world_yaml(generate_world(store_shape(), in_phases=True)))
+    assert {robot.repertoire for robot in load_world(file).robots} == {(*STORE_TAGS, *PHASE_TAGS)}
