@@ -32,6 +32,7 @@ from planner.plan_nets.redundancy import without_redundant
 from planner.plan_nets.validation import faults_of
 from planner.relaxation import unreachable_goals
 from planner.repair import repair
+from robots.world.parts import PHASE_TAGS
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.kept_by_execution import Execution
 from tests.planner.store import inside
@@ -72,6 +73,36 @@ def test_no_execution_that_keeps_to_kept_by_goes_wrong(seed: int) -> None:
     assert fault_in_executions(plan_net, problem, timed()) is None
     for chance in range(10):
         assert Execution(plan_net, problem, timed(), seed=chance).fault is None
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10**6))
+def test_robots_with_and_without_the_packets_of_phases_are_in_one_plan(seed: int) -> None:
+    """Whatever each can, the plan-net is valid, safe in any execution, and has phases of those only that can."""
+    problem = random_store(seed)
+    base = load_knowledge_base()
+    robots = sorted(name for name, kind in problem.objects.items() if kind == "robot")
+    able = random.Random(seed).sample(robots, len(robots) // 2)
+    more = {Fact("can", (robot, tag)) for robot in able for tag in PHASE_TAGS}
+    problem = replace(problem, facts=problem.facts | more)
+    plan_net = planned(problem, base)
+    assert {robot for action in plan_net.actions if action.phase for robot in action.agents} <= {*able}
+    assert fault_in_executions(plan_net, problem, base) is None
+    assert up_fault(base, problem, plan_net) is None
+    for chance in range(5):
+        assert Execution(plan_net, problem, base, seed=chance).fault is None
+
+
+@pytest.mark.skipif(not is_installed(), reason="VAL is not installed")
+def test_val_validates_a_plan_of_both_kinds_of_robots() -> None:
+    problem = random_store(3)
+    base = load_knowledge_base()
+    able = sorted(name for name, kind in problem.objects.items() if kind == "robot")[::2]
+    more = {Fact("can", (robot, tag)) for robot in able for tag in PHASE_TAGS}
+    problem = replace(problem, facts=problem.facts | more)
+    plan_net = planned(problem, base)
+    assert {bool(action.phase) for action in plan_net.actions if action.tag == "NAVIGATE"} == {True, False}
+    assert val_fault(base, problem, plan_net) is None
 
 
 def test_the_execution_finds_what_a_lost_coupling_does() -> None:
