@@ -2,10 +2,10 @@
 
 `python -m benchmarks.holding_off crossing --runs 100`: two to six robots in a random store with one interchange, and
 samples that cross each other there. `python -m benchmarks.holding_off stored --runs 4 --beside`: 16 samples that four
-robots bring from the doors to the bays, through one interchange or two. Robots drive up while another is still at a
-place, and hold off until it has left; with `--beside` every mission is also run by robots that cannot. For each: the
-plan's makespan, the time that the mission took, whether its goals became true, and how close two robots' middles came
-(they touch at 0.44 m).
+robots bring from the doors to the bays through one interchange, in `stored_apart` through two. Robots drive up while
+another is still at a place, and hold off until it has left; with `--beside` every mission is also run by robots that
+cannot. For each: the plan's makespan, the time that the mission took, whether its goals became true, and how close two
+robots' middles came (they touch at 0.44 m).
 """
 
 import argparse
@@ -13,6 +13,7 @@ import random
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from math import hypot, inf
 from statistics import median
@@ -76,9 +77,8 @@ def crossing(seed: int) -> Task:
     return _task(world, ways)
 
 
-def stored(seed: int) -> Task:
-    """Sixteen samples at the doors that four robots bring into the store; seeds take turns with one and two aisles."""
-    aisles = 1 + seed % 2
+def stored(seed: int, *, aisles: int = 1) -> Task:
+    """Sixteen samples at the doors that four robots bring into the store, through an interchange an aisle."""
     shape = store_shape(
         samples=0,
         aisles=aisles,
@@ -125,7 +125,11 @@ def run(task: Task, *, seed: int, in_phases: bool) -> Run:
     return Run(planned_s=mission.plan_net.makespan_s, result=result, closest_m=closest_m)
 
 
-KINDS: dict[str, Callable[[int], Task]] = {"crossing": crossing, "stored": stored}
+KINDS: dict[str, Callable[[int], Task]] = {
+    "crossing": crossing,
+    "stored": stored,
+    "stored_apart": partial(stored, aisles=2),
+}
 NAMES = {True: "while used", False: "start to end"}
 
 
