@@ -164,8 +164,8 @@ class RuleService:
                 ),
             )
 
-    @staticmethod
-    def _locked(session: Session, world: str, spec: RobotSpec) -> RulesRow:
+    def _locked(self, session: Session, world: str, spec: RobotSpec) -> RulesRow:
+        self._database.lock(session, f"rules {spec.name}")  # there may be no row to lock yet
         row = session.get(RulesRow, (world, spec.name), with_for_update=True)
         if row is None:
             row = _no_rules(world, spec)

@@ -75,6 +75,7 @@ class TuningService:
         spec, world = robot_and_world(self._worlds, robot)
         self._check(spec, tuning)
         with self._database.write() as session:
+            self._database.lock(session, f"tuning {robot}")  # there may be no row to lock yet
             row = session.get(TuningRow, (world, robot), with_for_update=True)
             if row is None:
                 row = TuningRow(world=world, robot=robot, version=0)

@@ -462,3 +462,17 @@ def test_any_performative_is_said_as_a_line_of_acl(page: Page, service: FakeServ
     page.get_by_test_id("say").click()
     until(lambda: service.dialogues)
     assert service.dialogues[0]["text"] == 'SUBSCRIBE content:"weather(\\"to day\\")"'
+
+
+def test_a_bid_is_accepted_in_its_own_dialogue(page: Page, service: FakeService) -> None:
+    for number, last in enumerate(["propose", "agree"]):
+        line = {"by": "yard_1", "performative": last, "content": "", "words": last}
+        known = {"id": f"dialogue-{number}", "robot": "yard_1", "reason": "", "state": "said", "text": last}
+        service.dialogues.insert(0, {**known, "script": [], "question": None, "lines": [line]})
+    opened(page, "words")
+    expect(page.get_by_test_id("dialogue-dialogue-0")).to_be_visible()
+    page.get_by_test_id("say-act").select_option("accept-proposal")
+    page.get_by_test_id("say-text").fill('award("a\\b")')
+    page.get_by_test_id("say").click()
+    until(lambda: len(service.dialogues[1]["lines"]) > 1)
+    assert service.dialogues[1]["lines"][1]["words"] == 'ACCEPT-PROPOSAL content:"award(\\"a\\\\b\\")"'

@@ -1,5 +1,6 @@
 """Lines of FIPA ACL by the grammar in `acl.lark`."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -14,6 +15,8 @@ from robots.wire import Performative
 
 KEYS = ("target", "action", "object", "to", "property", "content")
 """Fields of every line; a request for a packet also has those of its arguments."""
+_ESCAPED = re.compile(r'\\(["\\])')
+"""A quote or a backslash in a quoted value."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +72,7 @@ def parse_acl(text: str) -> AclLine | Clarification:
 def _phrase(value: Any) -> Phrase:
     text = str(value)
     if value.type == "QUOTED":
-        text = text[1:-1].replace('\\"', '"')
+        text = _ESCAPED.sub(r"\1", text[1:-1])
     elif value.type == "LIST":
         text = text[1:-1]
     return Phrase(words=tuple(text.split()), span=(value.start_pos, value.end_pos))

@@ -1,6 +1,7 @@
 """An operator gives robots rule files."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from fastapi.testclient import TestClient
@@ -13,6 +14,7 @@ from robots.physical.body import ALL_SENSORS, Pose, Sensor
 from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
 from tests.app.fake_robots import FakeRobot, FakeTeam
+from tests.databases import ON_POSTGRESQL
 from tests.waiting import read_until
 
 RULES = "/v1/robots/yard_1/rules"
@@ -117,6 +119,17 @@ def test_rules_from_an_outdated_version_are_refused(api: TestClient) -> None:
     late = put(api, {}, **{"if-match": '"0"'})
     assert (late.status_code, late.json()["type"]) == (412, "urn:macta:problem:rules-changed")
     assert list(api.get(RULES).json()["files"]) == ["guard"]
+
+
+@ON_POSTGRESQL
+def test_the_first_rules_and_tunings_that_are_put_at_once_are_all_recorded(api: TestClient) -> None:
+    for what, body in (("rules", {"files": {"guard": GUARD}}), ("tuning", {"tuning": {}})):
+        for robot in ("yard_1", "yard_2", "store_1", "store_2"):
+            path = f"/v1/robots/{robot}/{what}"
+            with ThreadPoolExecutor(6) as clients:
+                answers = [clients.submit(api.put, path, json=body) for _ in range(6)]
+            versions = sorted(one.result().json().get("version", 0) for one in answers)
+            assert versions == [1, 2, 3, 4, 5, 6]
 
 
 def test_rules_need_permission_and_a_known_robot(api: TestClient) -> None:

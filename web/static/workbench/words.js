@@ -10,6 +10,9 @@ const OPEN = ["asking", "proposed", "said", "agreed"];
 const TONES = { asking: "busy", proposed: "busy", said: "busy", agreed: "busy", done: "good", refused: "bad", failed: "bad", not_understood: "bad", timed_out: "bad" };
 /** FIPA's communicative acts (SC00037). */
 const ACTS = ["request", "query-if", "query-ref", "inform", "cfp", "accept-proposal", "agree", "cancel", "confirm", "disconfirm", "failure", "inform-if", "inform-ref", "propagate", "propose", "proxy", "refuse", "reject-proposal", "request-when", "request-whenever", "subscribe"];
+/** The acts that go on with what is under way, as to a bid, instead of opening something. */
+const GO_ON = ["accept-proposal", "reject-proposal", "cancel"];
+const UNDER_WAY = ["said", "agreed"];
 const EXAMPLES = ["what do you see?", "where are you?", "how is your battery?", "stop"];
 
 /** @param {Element} root @returns {WorkbenchPart} */
@@ -22,7 +25,7 @@ export function mount(root) {
   const examples = el("div", { class: "choices" }, EXAMPLES.map((one) => el("button", { onclick: () => say(one) }, one)));
   const form = el(
     "form",
-    { class: "say", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); say(asTyped()); } },
+    { class: "say", onsubmit: (/** @type {Event} */ event) => { event.preventDefault(); say(asTyped(), GO_ON.includes(act.value) ? underWay(act.value) : null); } },
     act, text,
     el("label", { title: "Without showing the script first" }, atOnce, " at once"),
     el("button", { type: "submit", class: "primary", "data-testid": "say" }, "Say"),
@@ -31,13 +34,22 @@ export function mount(root) {
   let robot = null;
   let isLoading = false;
   let isStale = false;
+  /** The robot's newest dialogues, the newest first. @type {Dialogue[]} */
+  let dialogues = [];
   replace(root, form, problem, examples, list);
   act.addEventListener("change", () => {
     text.placeholder = act.value ? (act.value.startsWith("query") ? "content, such as seen or sees(sample_1)" : "content, such as cover_role(attacker)") : "face sample_1";
   });
 
   function asTyped() {
-    return act.value ? `${act.value.toUpperCase()} content:"${text.value.replaceAll('"', '\\"')}"` : text.value;
+    return act.value ? `${act.value.toUpperCase()} content:"${text.value.replaceAll(/["\\]/g, "\\$&")}"` : text.value;
+  }
+
+  /** The dialogue that an act goes on with: the newest one under way, for an answer to a bid one with a bid. @param {string} performative */
+  function underWay(performative) {
+    const open = dialogues.filter((one) => UNDER_WAY.includes(one.state));
+    const fit = performative === "cancel" ? open : open.filter((one) => one.lines.at(-1)?.performative === "propose");
+    return fit[0]?.id ?? null;
   }
 
   const path = () => `/v1/robots/${id(robot ?? "")}/dialogues`;
@@ -72,7 +84,10 @@ export function mount(root) {
     isLoading = true;
     try {
       const { items } = await get(`${path()}?limit=${SHOWN}`);
-      if (robot === name) show(list, items.length ? items.map(drawDialogue) : el("p", { class: "quiet" }, "Nothing was said to it yet."));
+      if (robot === name) {
+        dialogues = items;
+        show(list, items.length ? items.map(drawDialogue) : el("p", { class: "quiet" }, "Nothing was said to it yet."));
+      }
     } catch (error) {
       if (robot === name) show(list, el("p", { class: "quiet" }, problemOf(error).message));
     }
@@ -110,6 +125,7 @@ export function mount(root) {
     update(state) {
       if (state.robot === robot) return;
       robot = state.robot;
+      dialogues = [];
       problem.hidden = true;
       show(list);
       load();

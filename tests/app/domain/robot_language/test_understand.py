@@ -182,6 +182,7 @@ def test_an_error_names_the_word_and_what_would_be_understood(text: str, thing: 
         ("QUERY-IF content:holds(sample_1)", "query-if", "holds(sample_1)"),
         ("REQUEST action:cover_role property:[attacker]", "request", "cover_role(attacker)"),
         ("PROPAGATE content:news", "propagate", "news"),
+        (r'INFORM content:"news(\"a \\\\ b\")"', "inform", r'news("a \\ b")'),
     ],
 )
 def test_questions_and_other_acts_are_terms(text: str, performative: str, content: str) -> None:
