@@ -14,28 +14,27 @@ from sqlalchemy import Select, delete, or_, select
 from sqlalchemy.orm import Session
 
 from app.agents.communications import SERVICE
+from app.agents.running_world import FLAT_OUT
 from app.core import Core
 from app.domain.errors import Conflict, Invalid
 from app.domain.events import SpeechSaid
 from app.domain.ids import new_id
 from app.domain.lifecycles import conversation as life
 from app.domain.lifecycles.conversation import OutOfProtocol
-from app.store import ConversationRow
+from app.domain.lifecycles.goal import GoalState
+from app.store import ConversationRow, GoalRow
 from app.store.known_empty import KnownEmpty
 from robots.clock import Clock
-from robots.social import ContentError, Heard, Reply, Term, content_of, parse_term
+from robots.social import ContentError, Term, content_of, parse_term
 from robots.social.protocols import INFORM, InteractionProtocol
+from robots.social.speech import TOO_LONG
 from robots.wire import MAX_CONTENT, TERMS, Message, Performative, SpeechAct, new_message_id
 from robots.world import WorldFile
 
 ONTOLOGY = "macta-mission"
 KEPT = 200
-"""Conversations of one robot; beyond it the oldest of those that are over are forgotten."""
-FLAT_OUT = 200.0
-"""Assumed pace of a world that runs as fast as possible."""
+"""Conversations of one robot; beyond it the oldest of those that are over and no longer needed are forgotten."""
 
-Taker = Callable[[Session, ConversationRow, Heard], Reply | None]
-"""Takes what a robot opens a conversation with, in the transaction that records it."""
 Listener = Callable[[Session, ConversationRow], None]
 """Is told of an answer, or of an end without one, in the transaction that records it; the row says which."""
 
@@ -75,15 +74,7 @@ class SpeechService:
         self._events = core.events
         self._worlds = worlds
         self._clocks = clocks
-        self._takers: dict[tuple[Performative, str], Taker] = {}
         self._listeners: dict[str, Listener] = {}
-
-    def on(self, performative: Performative, name: str, taker: Taker) -> None:
-        """Have what robots open with this performative and a term of this name handled.
-
-        An inform that nobody takes is recorded and confirmed; the rest is not understood.
-        """
-        self._takers[performative, name] = taker
 
     def listen(self, opener: str, listener: Listener) -> None:
         """Pass the answers to what `opener` has said, and the ends of its conversations, to a listener."""
@@ -249,18 +240,16 @@ class SpeechService:
         if row.is_over:
             return []
         try:
-            heard = self._understood(row.world, message, act)
-            life.hear(row, message.performative, _reason(heard.content))
+            life.hear(row, message.performative, _reason(content_of(message.performative, act)))
         except (ContentError, OutOfProtocol) as error:
             return self.not_understood(message, act, str(error))
         self._hear(session, row, message, act)
-        if not row.is_ours:
-            return self._reply(session, row, heard)
         if (listener := self._listeners.get(row.opener)) is not None:
             listener(session, row)
         return []
 
     def _opened(self, session: Session, world: str, message: Message, act: SpeechAct) -> list[Speech]:
+        """Record what a robot tells, and confirm it; nothing else that it opens is understood."""
         if message.in_reply_to is not None:
             return []  # an answer in a conversation that is long over
         row = ConversationRow(
@@ -272,40 +261,17 @@ class SpeechService:
             said=[],
         )
         try:
-            heard = self._understood(world, message, act)
+            content = content_of(message.performative, act)
             life.open_conversation(row, message.performative)
-            if heard.key not in self._takers and row.protocol != INFORM.name:
-                raise OutOfProtocol(
-                    f"the service does not take {message.performative} of {heard.content.name!r}"
-                )
+            if row.protocol != INFORM.name:
+                raise OutOfProtocol(f"the service does not take {message.performative} of {content.name!r}")
         except (ContentError, OutOfProtocol) as error:
             return self.not_understood(message, act, str(error))
         self._add(session, row)
         self._hear(session, row, message, act)
-        return self._reply(session, row, heard)
-
-    def _reply(self, session: Session, row: ConversationRow, heard: Heard) -> list[Speech]:
-        taker = self._takers.get(heard.key)
-        if taker is not None:
-            reply = taker(session, row, heard)
-        elif life.can_say(row, Performative.CONFIRM):
-            reply = Reply(performative=Performative.CONFIRM, content=heard.content)
-        else:
-            reply = None
-        if reply is None:
-            return []
-        self.say(session, row, reply.performative, reply.content)
+        is_too_long = len(str(content)) > MAX_CONTENT  # as it is written here
+        self.say(session, row, Performative.CONFIRM, TOO_LONG if is_too_long else content)
         return [_speech(row)]
-
-    def _understood(self, world: str, message: Message, act: SpeechAct) -> Heard:
-        """:raises ContentError: if the language or the content is not known here."""
-        return Heard(
-            performative=message.performative,
-            sender=message.sender,
-            content=content_of(message.performative, act),
-            message=message,
-            at_s=self._clocks[world].now_s(),
-        )
 
     def not_understood(self, message: Message, act: SpeechAct, reason: str) -> list[Speech]:
         """The answer to what cannot be taken; nothing is recorded."""
@@ -341,8 +307,17 @@ class SpeechService:
         newest = select(ConversationRow.id).where(*of_robot).order_by(ConversationRow.opened_at.desc())
         old = session.scalars(newest.offset(KEPT - 1)).all()
         if old:
-            over = (*of_robot, ConversationRow.id.in_(old), ConversationRow.is_over)
-            session.execute(delete(ConversationRow).where(*over))
+            # The answers to a goal's calls are read once all have come.
+            planned = select(GoalRow.id).where(
+                GoalRow.world == row.world, GoalRow.state == GoalState.PLANNING
+            )
+            done = (
+                ConversationRow.id.in_(old),
+                ConversationRow.is_over,
+                ConversationRow.is_due.is_(False),
+                ConversationRow.about.not_in(planned),
+            )
+            session.execute(delete(ConversationRow).where(*of_robot, *done))
         session.add(row)
 
     def _note(
@@ -419,14 +394,16 @@ def in_order(query: Select[ConversationRow]) -> Select[ConversationRow]:
 
 
 def end_with_robots(session: Session, world: str, here: Collection[str]) -> None:
-    """Have conversations with robots that the world no longer has time out, so that nobody waits for their answers."""
-    gone = (
-        ConversationRow.world == world,
-        ConversationRow.robot.not_in(here),
-        ConversationRow.is_over.is_(False),
-    )
+    """Have conversations with robots that the world no longer has time out, so that nobody waits for their answers.
+
+    What was still to be sent to them is not.
+    """
+    unfinished = or_(ConversationRow.is_over.is_(False), ConversationRow.is_due)
+    gone = (ConversationRow.world == world, ConversationRow.robot.not_in(here), unfinished)
     for row in session.scalars(in_order(select(ConversationRow).where(*gone)).with_for_update()):
         row.reply_by_s = 0.0
+        if row.is_over:
+            life.drop(row, row.reason)
 
 
 def end_conversations(session: Session, world: str, reason: str) -> None:

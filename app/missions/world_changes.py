@@ -482,6 +482,7 @@ def _forget_gone(session: Session, world: WorldFile) -> None:
     """Drop what is recorded of samples and robots that the world no longer has."""
     here = {one.name for one in world.agents} | {one.name for one in world.samples}
     session.execute(delete(UnknownRow).where(UnknownRow.world == world.name, UnknownRow.name.not_in(here)))
+    end_with_robots(session, world.name, here)  # lock order: conversations before dialogues
     tables = (
         LostRobotRow,
         OutOfServiceRow,
@@ -493,7 +494,6 @@ def _forget_gone(session: Session, world: WorldFile) -> None:
     )
     for table in tables:
         session.execute(delete(table).where(table.world == world.name, table.robot.not_in(here)))
-    end_with_robots(session, world.name, here)
     session.execute(
         delete(FactsheetRow).where(
             FactsheetRow.world == world.name,

@@ -2,7 +2,7 @@
 
 On SQLite a write transaction takes the write lock at once (BEGIN IMMEDIATE), so that what it read is still true when
 it writes; readers run concurrently (WAL). On PostgreSQL the caller locks the rows that it reads to change, in the order
-goal, plan, mission, script, world, dialogue, conversation; and other processes are notified of what was written
+goal, plan, mission, script, world, conversation, dialogue; and other processes are notified of what was written
 (`announce`).
 """
 

@@ -24,7 +24,6 @@ __all__ = [
     "TIMED_OUT",
     "OutOfProtocol",
     "ask_again",
-    "can_say",
     "cancel",
     "drop",
     "hear",
@@ -66,11 +65,6 @@ def open_conversation(talk: Talk, performative: Performative) -> None:
     talk.is_over = protocol.has_ended(talk.state)
     talk.is_due = talk.is_ours
     talk.reason = ""
-
-
-def can_say(talk: Talk, performative: Performative) -> bool:
-    """True if the service may say this now."""
-    return not talk.is_over and _protocol(talk).after(talk.state, _service(talk), performative) is not None
 
 
 def is_to_be_said(talk: Talk) -> bool:

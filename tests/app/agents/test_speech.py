@@ -6,11 +6,11 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.agents.agent_models import AgentModels
-from app.agents.speech import Speech, SpeechService, end_conversations, last_heard
+from app.agents.speech import Speech, SpeechService, end_conversations, end_with_robots, last_heard
 from app.composition import Service
 from app.core import Core
 from app.domain.errors import Conflict, Invalid
-from app.store import ConversationRow, Database, EventRow
+from app.store import ConversationRow, Database, EventRow, GoalRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
 from app.store.plan_nets import PlanNets
@@ -18,7 +18,7 @@ from app.store.reservations import Reservations
 from planner import load_knowledge_base
 from robots.clock import ManualClock
 from robots.link import InMemoryLink
-from robots.social import Reply, SocialLevel, Term
+from robots.social import Term
 from robots.social.protocols import CONTRACT_NET, INFORM, QUERY
 from robots.wire import MAX_CONTENT, Message, Performative, SpeechAct
 from robots.world import LinkSpec, load_world
@@ -66,7 +66,10 @@ class Desk:
         self.told.append((row.state, None if heard is None else heard[0]))
 
     def ask(
-        self, performative: Performative = Performative.QUERY_REF, within_s: float = 20.0
+        self,
+        performative: Performative = Performative.QUERY_REF,
+        within_s: float = 20.0,
+        opener: str = "tests",
     ) -> ConversationRow:
         with self.database.write() as session:
             return self.speech.open(
@@ -78,7 +81,7 @@ class Desk:
                 content=Term("abilities"),
                 protocol=QUERY,
                 within_s=within_s,
-                opener="tests",
+                opener=opener,
                 about="goal-1",
             )
 
@@ -315,15 +318,53 @@ def test_what_is_repeated_to_the_service_gets_the_same_answer(desk: Desk) -> Non
     assert len(desk.events("yard_1")) == 2
 
 
-def test_a_request_of_a_robot_goes_to_who_takes_it_and_else_is_not_understood(desk: Desk) -> None:
-    ask = SocialLevel.say
-    ask(desk.robot.social, Performative.QUERY_REF, "service", Term("which"), protocol=QUERY, within_s=9.0)
+def test_what_a_robot_opens_otherwise_is_not_understood(desk: Desk) -> None:
+    desk.robot.social.say(Performative.QUERY_REF, "service", Term("which"), protocol=QUERY, within_s=9.0)
     assert [one.performative for one in desk.hear(desk.carry([]))] == [Performative.NOT_UNDERSTOOD]
-    reply = Reply(performative=Performative.INFORM, content=Term("which", ("sample_1",)))
-    desk.speech.on(Performative.QUERY_REF, "which", lambda session, row, heard: reply)
-    ask(desk.robot.social, Performative.QUERY_REF, "service", Term("which"), protocol=QUERY, within_s=9.0)
-    (answer,) = desk.hear(desk.carry([]))
-    assert answer.act.content == "which(sample_1)"
+
+
+def test_what_is_too_long_to_be_said_back_is_confirmed_as_such(desk: Desk) -> None:
+    """Each of these characters is written as six."""
+    act = SpeechAct(content=f'news("{"ä" * 700}")', protocol=INFORM.name, conversation_id="c-1")
+    told = Message(
+        performative=Performative.INFORM, sender="yard_1", receiver="service", sent_at_s=0.0, body=act
+    )
+    (answer,) = desk.hear([told])
+    assert (answer.performative, answer.act.content.startswith("too_long")) == ("confirm", True)
+
+
+def test_answers_that_are_still_needed_outlast_a_robots_oldest_conversations(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.agents.speech.KEPT", 2)
+    with desk.database.write() as session:
+        goal = GoalRow(id="goal-1", world=LAB, text="", goal=[], priority=0, auto_approve=False)
+        goal.state = "planning"
+        goal.created_by = "tests"
+        session.add(WorldRow(id=LAB, title="", layout={}, version=0))
+        session.flush()
+        session.add(goal)
+    of_tender, unsent, forgotten = desk.ask(), desk.call("tests"), desk.call("tests")
+    desk.hear([*desk.carry(desk.speech.due(LAB)[:1]), offer_to(unsent)])
+    with desk.database.write() as session:
+        row = session.get_one(ConversationRow, (unsent.id, unsent.robot))
+        desk.speech.say(session, row, Performative.REJECT_PROPOSAL, Term("reject", ("leg_1",)))
+        desk.speech.cancel(session.get_one(ConversationRow, (forgotten.id, forgotten.robot)), "")
+    for _ in range(3):
+        desk.call("tests")
+    kept = {row.id for row in desk.speech.of_robot("yard_1", limit=100)}
+    assert {of_tender.id, unsent.id, forgotten.id} & kept == {of_tender.id, unsent.id}
+
+
+def test_nothing_is_left_to_say_to_a_robot_that_is_gone(desk: Desk) -> None:
+    opened = desk.call("tests")
+    desk.hear([offer_to(opened)])
+    with desk.database.write() as session:
+        row = session.get_one(ConversationRow, (opened.id, opened.robot))
+        desk.speech.say(session, row, Performative.REJECT_PROPOSAL, Term("reject", ("leg_1",)))
+    with desk.database.write() as session:
+        end_with_robots(session, LAB, ["yard_2"])
+    assert (desk.speech.due(LAB), desk.row(opened).state) == ([], "rejected")
 
 
 def test_conversations_end_with_the_run_of_their_world(desk: Desk) -> None:
@@ -338,11 +379,11 @@ def test_conversations_end_with_the_run_of_their_world(desk: Desk) -> None:
 def test_agent_models_send_what_is_due_and_pass_answers_on(service: Service) -> None:
     desk = Desk(service.database)
 
-    def fail(session: object, row: ConversationRow, heard: object) -> Reply:
-        raise IndexError("a mistake of the taker")
+    def fail(session: object, row: ConversationRow) -> None:
+        raise IndexError("a mistake of the listener")
 
-    desk.speech.on(Performative.INFORM, "odd", fail)
-    desk.robot.social.say(Performative.INFORM, "service", Term("odd"), protocol=INFORM, within_s=60.0)
+    desk.speech.listen("faulty", fail)
+    desk.ask(opener="faulty")
     near, far = InMemoryLink.pair()
     agents = AgentModels(
         robots=lambda: {"yard_1": LinkSpec()},

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from app.agents.speech import FLAT_OUT
+from app.agents.running_world import FLAT_OUT
 from app.composition import Service
 from app.missions.dialogues import ANSWER_S, AWARD_S
 from app.store import DialogueRow

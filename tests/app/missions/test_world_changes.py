@@ -1,20 +1,23 @@
 """Worlds that operators change while missions run: checked, recorded, undone, and gone on with after a restart."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
+from sqlalchemy import text
 
 from app.composition import RunningWorld, Service
 from app.planning.pool.pool import PlanningWorker
 from app.settings import Settings
+from app.store import ConversationRow, DialogueRow
 from robots.wire import SampleReport
 from robots.world import WorldFile
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
-from tests.databases import ON_BOTH
+from tests.databases import ON_BOTH, ON_POSTGRESQL
 from tests.waiting import until
 
 Follow = Callable[..., dict[str, Any]]
@@ -246,6 +249,32 @@ def test_a_robot_that_is_added_is_recruited_and_one_that_is_removed_is_not(
     assert follow(f"/v1/missions/{mission}", "completed", "failed")["state"] == "completed"
     api.post(f"{CHANGES}/2:undo").raise_for_status()
     assert "near(yard_1, home_yard_1)" in facts(api)
+
+
+@ON_POSTGRESQL
+def test_a_robot_is_removed_while_its_answer_to_a_person_is_recorded(
+    api: TestClient, team: FakeTeam, service: Service
+) -> None:
+    """Both lock the conversation before the dialogue."""
+    team.tell("yard_2", battery=1.0)
+    asked = api.post("/v1/robots/yard_2/dialogues", json={"text": "where are you?"}).json()["id"]
+    waits = text(
+        "SELECT count(*) FROM pg_stat_activity WHERE datname = current_database() AND wait_event_type = 'Lock'"
+    )
+
+    def is_waiting() -> bool:
+        with service.database.read() as session:
+            return bool(session.scalar(waits))
+
+    with ThreadPoolExecutor(1) as other:
+        with service.database.write() as session:
+            conversation = session.get_one(DialogueRow, asked).conversation
+            session.get_one(ConversationRow, (conversation, "yard_2"), with_for_update=True)
+            removed = other.submit(change, api, {"edit": "remove_robot", "name": "yard_2"})
+            until(is_waiting)
+            assert session.get(DialogueRow, asked, with_for_update=True, populate_existing=True) is not None
+        assert removed.result().status_code == 200
+    assert api.get(f"/v1/robots/yard_2/dialogues/{asked}").status_code == 404
 
 
 def test_a_place_is_added_moved_and_removed(api: TestClient, follow: Follow) -> None:
