@@ -99,7 +99,10 @@ def demo(
     ] = "central",
 ) -> None:
     """Plan a goal, approve the plan and watch simulated robots carry it out, in the terminal."""
-    from app.cli.demo import demo as run
+    from planner.engines.garbage_collection import loading
+
+    with loading():
+        from app.cli.demo import demo as run
 
     with reported_errors():
         packs = packs_of(pack)

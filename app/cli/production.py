@@ -43,7 +43,10 @@ def fleet(
 
 def worker(world: Worlds = None, pack: PackNames = None, broker: Broker = None) -> None:
     """Plan goals for the services on the same database (MACTA_DATABASE_URL)."""
-    from app.cli.worker import worker as run
+    from planner.engines.garbage_collection import loading
+
+    with loading():
+        from app.cli.worker import worker as run
 
     given = {"broker_url": broker, "packs": pack}
     with reported_errors():

