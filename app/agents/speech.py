@@ -332,7 +332,7 @@ class SpeechService:
         written = str(content)
         if len(written) > MAX_CONTENT:
             detail = (
-                f"{content.name} is {len(written)} characters long as it is sent, with what is not ASCII escaped; "
+                f"that is {len(written)} characters as it is sent, with what is not ASCII escaped; "
                 f"{row.robot} is sent at most {MAX_CONTENT}"
             )
             raise Invalid(detail, code="too-long-to-say")
