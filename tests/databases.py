@@ -33,7 +33,7 @@ def postgresql(template: str = "template1") -> Iterator[str]:
     """The address of a database of its own for the length of the block; the test is skipped without a server."""
     if why := why_no_postgresql():
         pytest.skip(why)
-    with database_on(SERVER, template) as url:
+    with database_on(SERVER, template, waits_for_disk=False) as url:
         yield url
 
 
