@@ -45,13 +45,8 @@ def test_robots_that_drive_in_phases_relocate_it_too() -> None:
     mission = planned(Laboratory(plain.model_copy(update={"robots": robots})))
     tags = {script.robot: [packet.tag for packet in script.packets] for script in mission.scripts}
     assert tags == {
-        "fred": [
-            "NAVIGATE",
-            "DOCK",
-            "TRANSPORT",
-            "RELEASE1",
-        ],  # too short, and what two do together has no phases
+        "fred": ["NAVIGATE_OFF", "NAVIGATE_UP", "NAVIGATE_IN", "DOCK", "TRANSPORT", "RELEASE1"],
         "ginger": ["TRACK", "DOCK2_OFF", "DOCK2", "TRANSPORT", "RELEASE2"],
-    }
+    }, "what two do together has no phases"
     ended = simulate_mission(mission, seed=0)
     assert ended.came_true, ended.words

@@ -31,6 +31,7 @@ def test_a_sentence_that_is_understood_is_what_would_be_planned(shared_api: Test
             "after": [],
             "at_least": {},
             "stages": [],
+            "worth": [],
         },
         "deadline_s": None,
         "due": None,
