@@ -1,6 +1,7 @@
 """A robot's mind moves from the fleet's simulation into the robot's own program, over a broker, and back."""
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -38,7 +39,8 @@ def own_program(broker: Mosquitto, file: Path, folder: Path) -> Iterator[subproc
     """Is killed at the end; another one goes on with its memory."""
     command = [sys.executable, "examples/own_robot.py", broker.url, file, "carl", folder / "carl.memory"]
     with (folder / "carl.log").open("ab") as log:
-        process = subprocess.Popen(command, cwd=ROOT, env={"PYTHONPATH": str(ROOT)}, stdout=log, stderr=log)
+        environment = os.environ | {"PYTHONPATH": str(ROOT)}
+        process = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=log, stderr=log)
         try:
             yield process
         finally:
