@@ -164,6 +164,8 @@ class EmbodimentService:
             if newest is not None and is_open(newest):
                 self._meet(session, newest, spec, wanted, lease_s)
             elif moves or lease_s != (None if newest is None else newest.lease_s):
+                if spec.external is not is_real(wanted):
+                    self._refuse_alone(self._worlds[world], spec)
                 self._refuse_unfit(session, self._worlds[world], spec, wanted)
                 row = EmbodimentRow(
                     world=world,
@@ -365,8 +367,6 @@ class EmbodimentService:
     ) -> None:
         """Refuse a body in which the robot could not go on with what it does, or holds."""
         replaces = spec.external is not is_real(wanted)
-        if replaces:
-            self._refuse_alone(world, spec)
         edit = exchange_edit(spec.name, wanted, replaces=replaces)
         held = occupants(spec.name, self._core.facts.facts(session, world.name))
         is_virtual = edit.body is not None and not edit.body.is_solid and not is_real(wanted)
@@ -392,8 +392,8 @@ class EmbodimentService:
                 )
 
     def _refuse_alone(self, world: WorldFile, spec: RobotSpec) -> None:
-        """Refuse a move between programs of which one is not there; that of a simulated robot's own software shows only
-        when it is asked.
+        """Refuse to begin a move between programs of which one is not there; that of a simulated robot's own software
+        shows only when it is asked. Once it has handed the mind over a program is silent.
         """
         if not self._is_simulated(world.name):
             raise Conflict(

@@ -51,7 +51,7 @@ def own_program(broker: Mosquitto, file: Path, folder: Path) -> Iterator[subproc
 def moved(api: httpx2.Client, kind: str) -> dict[str, Any]:
     """The newest move once it has ended, and the robot is in such a body."""
     known = read_until(api, EMBODIMENT, lambda one: one["attempts"][0]["state"] not in OPEN, within_s=60)
-    assert known["kind"] == kind, known
+    assert known["kind"] == kind, known["attempts"][0]
     attempt: dict[str, Any] = known["attempts"][0]
     return attempt
 
@@ -79,6 +79,7 @@ def test_a_robots_own_program_takes_its_mind_works_is_killed_goes_on_and_gives_t
         with own_program(broker, file, tmp_path):
             assert moved(api, "real")["state"] == "embodied"
             carried_out(api, "bring sample_1 to bay_2")
+        read_until(api, "/v1/robots/carl", lambda one: one["connection"] != "online")
         with own_program(broker, file, tmp_path):
             read_until(api, "/v1/robots/carl", lambda one: one["connection"] == "online")
             api.post("/v1/robots/carl:embody", json={"body": "wheeled"}).raise_for_status()

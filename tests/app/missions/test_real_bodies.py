@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
+from app.agents import RobotBoard
 from app.cli.embody import embody
 from app.composition import Service
 from app.domain.errors import Invalid
@@ -166,6 +167,27 @@ def test_a_mind_stays_with_the_real_body_if_the_world_refuses_it(
     assert ended(api, "returned")["reason"] == "it cannot be made"
     assert is_external(api)
     assert orders(team)[-1] == (MindVerb.GO_ON, Program.OWN)
+
+
+@pytest.fixture
+def connected(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Who speaks for a robot as far as the service knows."""
+    names: set[str] = set()
+    monkeypatch.setattr(RobotBoard, "is_connected", lambda _board, robot: robot in names)
+    return names
+
+
+def test_the_robots_own_software_may_be_offline_once_it_has_handed_the_mind_over(
+    connected: set[str], api: TestClient, team: FakeTeam, patient: None
+) -> None:
+    assert embody(api, ROBOT, "real") == "yard_1 is in a real body"
+    assert refused(move(api, "velocity")) == (409, "robot-offline")
+    team.faults.silent.add(ROBOT)
+    connected.add(ROBOT)
+    move(api, "velocity").raise_for_status()
+    connected.clear()
+    team.faults.silent.discard(ROBOT)
+    assert ended(api, "embodied")["fence"] == 2
 
 
 def test_what_a_body_cannot_carry_on_is_refused(api: TestClient, team: FakeTeam, patient: None) -> None:
