@@ -3,14 +3,14 @@
 import asyncio
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import uvicorn
 from starlette.types import Receive, Scope, Send
 
-from app.api.connections import BoundedListener, ConnectionLimits, Connections
+from app.api.connections import BoundedListener, ConnectionLimits, Connections, Peer
 from app.api.uvicorn_private import bounded_http
 from tests.app.stepped_clock import SteppedClock
 from tests.waiting import until
@@ -30,12 +30,22 @@ class SteppedLoop(asyncio.SelectorEventLoop):
         return super().time() + self.ahead_s
 
 
+class WatchedConnections(Connections):
+    """Counts how often a connection began to wait for a request: an accepted one does so a moment later."""
+
+    waits = 0
+
+    def wait(self, peer: Peer, end: Callable[[], None]) -> None:
+        super().wait(peer, end)
+        self.waits += 1
+
+
 @dataclass
 class BoundedServer:
     """Answers any request with its body's length, after reading it; `/stream` ends when `stream_ends` is set."""
 
     port: int
-    connections: Connections
+    connections: WatchedConnections
     clock: SteppedClock
     loop: SteppedLoop
     stream_ends: asyncio.Event
@@ -97,7 +107,7 @@ def rest(client: socket.socket) -> bytes:
 def bounded(**limits: float) -> Iterator[BoundedServer]:
     """Serve for the length of the block; other limits than `LIMITS` by name."""
     clock = SteppedClock()
-    connections = Connections(replace(LIMITS, **limits), clock)  # type: ignore[arg-type]
+    connections = WatchedConnections(replace(LIMITS, **limits), clock)  # type: ignore[arg-type]
     ends = asyncio.Event()
 
     async def app(scope: Scope, receive: Receive, send: Send) -> None:

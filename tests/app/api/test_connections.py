@@ -32,7 +32,7 @@ ELSEWHERE = "127.0.0.2"
 def test_the_connection_that_has_waited_longest_gives_way_to_a_new_one() -> None:
     with bounded(total=3) as server, ExitStack() as clients:
         waiting = [clients.enter_context(server.connect()) for _ in range(3)]
-        until(lambda: server.connections.count == 3)
+        until(lambda: server.connections.waits == 3)
         server.advance(GRACE_S)
         assert server.answer().startswith(b"HTTP/1.1 200 ")
         assert rest(waiting[0]) == b""
@@ -43,7 +43,7 @@ def test_the_connection_that_has_waited_longest_gives_way_to_a_new_one() -> None
 
 def test_a_new_connection_has_the_time_to_send_its_request() -> None:
     with bounded(total=1) as server, server.connect() as client:
-        until(lambda: server.connections.count == 1)
+        until(lambda: server.connections.waits == 1)
         server.advance(GRACE_S * 0.9)
         assert server.answer().startswith(b"HTTP/1.1 503 ")
         client.sendall(REQUEST)
@@ -72,7 +72,7 @@ def test_one_address_leaves_places_for_others() -> None:
 
 def test_an_address_takes_the_place_of_its_own_waiting_connections() -> None:
     with bounded(per_address=1) as server, server.connect() as other, server.connect(source=ELSEWHERE) as own:
-        until(lambda: server.connections.count == 2)
+        until(lambda: server.connections.waits == 2)
         server.advance(GRACE_S)
         assert server.answer(ELSEWHERE).startswith(b"HTTP/1.1 200 ")
         assert rest(own) == b""
@@ -84,7 +84,7 @@ def test_the_address_with_the_most_waiting_connections_gives_way_first() -> None
     with bounded(total=3) as server, ExitStack() as clients:
         own = clients.enter_context(server.connect())
         flood = [clients.enter_context(server.connect(source=ELSEWHERE)) for _ in range(2)]
-        until(lambda: server.connections.count == 3)
+        until(lambda: server.connections.waits == 3)
         server.advance(GRACE_S)
         assert server.answer().startswith(b"HTTP/1.1 200 ")
         assert rest(flood[0]) == b""
