@@ -21,9 +21,10 @@ import numpy.typing as npt
 
 from planner.engines.hierarchical.tasks import PRIORITY_SCALE
 from planner.engines.plan_net_completion import complete_plan_net, confirm, merit
+from planner.engines.wrapping import FirstProgress, WrappingEngine
 from planner.errors import InvalidPlan, KnowledgeBaseError
 from planner.explanation.recruiting import recruitment_of, robots_by_work
-from planner.knowledge import KnowledgeBase, scale_term
+from planner.knowledge import scale_term
 from planner.plan_nets.completion import completion_samples
 from planner.plan_nets.forecast import PRIOR_SPREAD
 from planner.plan_nets.plan_net import PlanNet
@@ -32,12 +33,10 @@ from planner.problem.interface import (
     UNOBSERVED,
     Objective,
     Observer,
-    PlanningEngine,
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
     Progress,
-    warm_up,
 )
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
@@ -55,19 +54,11 @@ LEAST_GAIN = 0.005
 """A longer plan is preferred if this share more is expected to be on time, and two standard errors more."""
 
 
-class OnTimeEngine:
+class OnTimeEngine(WrappingEngine):
     """An engine with the objective `on_time`; by other objectives, or without deadlines, it answers as the engine does.
 
     Implements `PlanningEngine`.
     """
-
-    def __init__(self, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> None:
-        self._engine = engine
-        self._base = knowledge_base
-        self.name = engine.name
-
-    def warm_up(self) -> None:
-        warm_up(self._engine)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -75,7 +66,7 @@ class OnTimeEngine:
         """The engine's answer with the plan that is chosen; the bound remains that of the makespan."""
         if request.objective is not Objective.ON_TIME:
             return self._engine.plan(problem, request, observer)
-        relay = _FirstProgress(observer)
+        relay = FirstProgress(observer)
         planner = TimeLimitedEngine(self._engine, replace(request, objective=Objective.MAKESPAN), relay)
         answer = planner.plan(problem)
         if answer.plan_net is None or not problem.deadlines_s.keys() & set(problem.goals):
@@ -142,21 +133,6 @@ class OnTimeEngine:
         except (InvalidPlan, KnowledgeBaseError):
             return None
         return timed
-
-
-class _FirstProgress(Observer):
-    """Passes on the progress with the first problem: makespans and bounds of varied ones are none of it."""
-
-    def __init__(self, observer: Observer) -> None:
-        self._observer = observer
-        self.is_first = True
-
-    def progress(self, progress: Progress) -> None:
-        if self.is_first:
-            self._observer.progress(progress)
-
-    def should_stop(self) -> bool:
-        return self._observer.should_stop()
 
 
 class _Choice:

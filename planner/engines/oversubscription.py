@@ -17,6 +17,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from planner.bounds import lower_bound_s
+from planner.engines.wrapping import WrappingEngine
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import (
@@ -29,7 +30,6 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
     Progress,
-    warm_up,
 )
 from planner.problem.solving import TimeLimitedEngine
 
@@ -45,7 +45,7 @@ VALUE_ROUNDING = 1e-9
 Subset = frozenset[Fact]
 
 
-class OversubscriptionEngine:
+class OversubscriptionEngine(WrappingEngine):
     """An engine that also chooses among optional goals; without any it answers as the engine does.
 
     Implements `PlanningEngine`.
@@ -54,13 +54,8 @@ class OversubscriptionEngine:
     def __init__(
         self, engine: PlanningEngine, knowledge_base: KnowledgeBase, *, exact_up_to: int = EXACT_UP_TO
     ) -> None:
-        self._engine = engine
-        self._base = knowledge_base
+        super().__init__(engine, knowledge_base)
         self._exact_up_to = exact_up_to
-        self.name = engine.name
-
-    def warm_up(self) -> None:
-        warm_up(self._engine)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED

@@ -17,6 +17,7 @@ from itertools import product
 from math import inf
 
 from planner.engines.plan_net_completion import complete_plan_net, confirm
+from planner.engines.wrapping import FirstProgress, WrappingEngine
 from planner.errors import InvalidPlan
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -30,13 +31,10 @@ from planner.problem.interface import (
     Access,
     Objective,
     Observer,
-    PlanningEngine,
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
     PlanningStatus,
-    Progress,
-    warm_up,
 )
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
@@ -67,31 +65,8 @@ class _Trial:
     whole: PlanNet
 
 
-class _WholeProgress(Observer):
-    """Passes on the progress with the whole problem: bounds of restricted ones are none of it."""
-
-    def __init__(self, observer: Observer) -> None:
-        self._observer = observer
-        self.is_whole = True
-
-    def progress(self, progress: Progress) -> None:
-        if self.is_whole:
-            self._observer.progress(progress)
-
-    def should_stop(self) -> bool:
-        return self._observer.should_stop()
-
-
-class PeripheralEngine:
+class PeripheralEngine(WrappingEngine):
     """An engine whose plans have the actions of doors, hatches and lifts. Implements `PlanningEngine`."""
-
-    def __init__(self, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> None:
-        self._engine = engine
-        self._base = knowledge_base
-        self.name = engine.name
-
-    def warm_up(self) -> None:
-        warm_up(self._engine)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -101,7 +76,7 @@ class PeripheralEngine:
         if not peripherals:
             return self._engine.plan(problem, request, observer)
         barred = problem.access.facts - obtainable(problem, self._base)
-        relay = _WholeProgress(observer)
+        relay = FirstProgress(observer)
         planner = TimeLimitedEngine(self._engine, request, relay)
         answer = planner.plan(_without(peripherals, barred, problem))
         if answer.plan_net is None:
@@ -115,7 +90,7 @@ class PeripheralEngine:
         if isinstance(plan_net, str):
             return replace(answer, status=PlanningStatus.NOT_FOUND, plan_net=None, reason=plan_net)
         if request.objective is Objective.MAKESPAN:
-            relay.is_whole = False
+            relay.is_first = False
             first = _Trial(avoided=frozenset(), plain=answer.plan_net, whole=plan_net)
             plan_net = self._quickest(first, problem, barred, planner)
         return replace(answer, plan_net=plan_net, planning_s=round(planner.timer.elapsed_s, 4))

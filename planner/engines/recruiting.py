@@ -2,33 +2,23 @@
 
 from dataclasses import replace
 
+from planner.engines.wrapping import WrappingEngine
 from planner.explanation.legs import actions_of_others
-from planner.knowledge import KnowledgeBase
 from planner.problem.interface import (
     UNOBSERVED,
     Observer,
-    PlanningEngine,
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
     PlanningStatus,
-    warm_up,
 )
 
 
-class RecruitingEngine:
+class RecruitingEngine(WrappingEngine):
     """An engine whose plans count as not found if other robots serve a goal than may be recruited for it.
 
     Its proof that there is no plan stands: it has looked among all robots.
     """
-
-    def __init__(self, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> None:
-        self._engine = engine
-        self._knowledge_base = knowledge_base
-        self.name = engine.name
-
-    def warm_up(self) -> None:
-        warm_up(self._engine)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -36,7 +26,7 @@ class RecruitingEngine:
         result = self._engine.plan(problem, request, observer)
         if result.plan_net is None:
             return result
-        wrong = actions_of_others(result.plan_net, problem, self._knowledge_base)
+        wrong = actions_of_others(result.plan_net, problem, self._base)
         if not wrong:
             return result
         agents = [one.agents for one in result.plan_net.actions if one.id in wrong]

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from planner.engines.plan_net_completion import Outcome, complete_plan_net, timed_result
+from planner.engines.wrapping import WrappingEngine
 from planner.fact import Fact
-from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge import GroundAction
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.progression import progressed
 from planner.plan_nets.stages import goals_by_stage
@@ -13,31 +14,21 @@ from planner.plan_nets.validation import linearisation
 from planner.problem.interface import (
     UNOBSERVED,
     Observer,
-    PlanningEngine,
     PlanningProblem,
     PlanningRequest,
     PlanningResult,
     PlanningStatus,
-    warm_up,
 )
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 
 
-class StagedEngine:
+class StagedEngine(WrappingEngine):
     """An engine that also takes goals in stages; without stages it answers as the engine does.
 
     NOTE: a stage's plan is chosen without regard to the later ones. That a later stage has no plan is therefore no
     proof that there is none, and there is no lower bound of the whole.
     """
-
-    def __init__(self, engine: PlanningEngine, knowledge_base: KnowledgeBase) -> None:
-        self._engine = engine
-        self._knowledge_base = knowledge_base
-        self.name = engine.name
-
-    def warm_up(self) -> None:
-        warm_up(self._engine)
 
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
@@ -48,7 +39,7 @@ class StagedEngine:
             return self._engine.plan(whole, request, observer)
         return timed_result(
             self.name,
-            self._knowledge_base,
+            self._base,
             problem,
             request,
             lambda: self._staged(problem, stages, TimeLimitedEngine(self._engine, request, observer)),
@@ -75,8 +66,8 @@ class StagedEngine:
             sequence.extend(actions)
             facts = progressed(facts, actions)
             elapsed_s += result.plan_net.makespan_s
-        statics = StaticFacts(self._knowledge_base, problem)
-        planned = complete_plan_net(sequence, problem, self._knowledge_base, statics)
+        statics = StaticFacts(self._base, problem)
+        planned = complete_plan_net(sequence, problem, self._base, statics)
         if isinstance(planned, str):
             return PlanningStatus.NOT_FOUND, None, planned
         return PlanningStatus.SOLVED, planned, ""
