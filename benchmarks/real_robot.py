@@ -12,6 +12,7 @@ from math import inf, radians
 import numpy as np
 
 from robots.clock import Clock
+from robots.contract.memory_file import TextMemory
 from robots.executive.agent import BehaviouralAgent
 from robots.executive.memory import RobotMemory
 from robots.executive.robot_program import RobotProgram
@@ -117,19 +118,6 @@ class KinematicBody:
         )
 
 
-class KeptText:
-    """A disk that outlives its program. Implements `robots.contract.memory_file.MemoryStore`."""
-
-    def __init__(self) -> None:
-        self.text: str | None = None
-
-    def load(self) -> str | None:
-        return self.text
-
-    def save(self, text: str) -> None:
-        self.text = text
-
-
 class RealRobot:
     """A body, and its program, which may be killed and started again. It begins without a mind."""
 
@@ -157,7 +145,7 @@ class RealRobot:
         )
         self.name = name
         self._clock = clock
-        self.disk = KeptText()
+        self.disk = TextMemory()
         self.kill()
 
     def kill(self) -> None:

@@ -23,6 +23,22 @@ class MemoryStore(Protocol):
         ...
 
 
+class TextMemory:
+    """Keeps the text in a variable, for a simulated robot's snapshot. Implements `MemoryStore`.
+
+    :param text: the one that was saved last; empty if none was.
+    """
+
+    def __init__(self, text: str = "") -> None:
+        self.text = text
+
+    def load(self) -> str | None:
+        return self.text or None
+
+    def save(self, text: str) -> None:
+        self.text = text
+
+
 class MemoryFile:
     """Keeps the text in a file, which is written beside the old one, flushed to the disk, and renamed."""
 

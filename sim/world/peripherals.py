@@ -4,24 +4,12 @@ from collections.abc import Mapping, Sequence
 
 from robots.adapters.peripheral import PeripheralAgent, PeripheralProfile
 from robots.clock import Clock
+from robots.contract.memory_file import TextMemory
 from robots.world import Peripheral, WorldFile
 from sim.physics.scene import Scene
 from sim.snapshot import PeripheralState
 from sim.world.hub import Hub
 from sim.world.mechanisms import Fault, SimulatedMechanism
-
-
-class TextMemory:
-    """Keeps a peripheral's memory for the world's snapshot. Implements `MemoryStore`."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
-
-    def load(self) -> str | None:
-        return self.text or None
-
-    def save(self, text: str) -> None:
-        self.text = text
 
 
 class Peripherals:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from robots.adapters.peripheral import CLOSED, OPEN, PeripheralAgent, PeripheralProfile
 from robots.clock import ManualClock
+from robots.contract.memory_file import TextMemory
 from robots.link import InMemoryLink
 from robots.wire import (
     BehaviourPacket,
@@ -50,19 +51,6 @@ class FakeMechanism:
                 self.wanted = ""
 
 
-class TextStore:
-    """A memory that outlives the software."""
-
-    def __init__(self) -> None:
-        self.text: str | None = None
-
-    def load(self) -> str | None:
-        return self.text
-
-    def save(self, text: str) -> None:
-        self.text = text
-
-
 def packet(number: int, tag: str, *after: str, **arguments: str) -> BehaviourPacket:
     return BehaviourPacket(
         id=f"a{number}",
@@ -84,7 +72,7 @@ class Rig:
         self.mechanism = FakeMechanism(state)
         self.profile = profile or PeripheralProfile(name="gate", x_m=1, y_m=2, closes_after_s=5.0)
         self.link, self.far = InMemoryLink.pair()
-        self.store = TextStore()
+        self.store = TextMemory()
         self.heard: list[Message] = []
         self.start()
 

@@ -312,7 +312,7 @@ def test_a_program_that_has_lost_the_mind_says_so_and_goes_on_once_it_has_it_aga
         crossing.runner.bring(ROBOT)
         transfer = MindTransfer(fence=1, mind=pieces_of(text)[0])
         assert crossing.ask("transfer", transfer).reason == ""
-        crossing.real.disk.text = None
+        crossing.real.disk.text = ""
         crossing.real.kill()
         order = Message(
             id="the same each time",

@@ -14,6 +14,7 @@ from robots.adapters.vda5050.codec import Encoder, decode
 from robots.adapters.vda5050.messages import Headed
 from robots.adapters.vda5050.robot_vehicle import RobotVehicle
 from robots.adapters.vda5050.topics import Topic
+from robots.contract.memory_file import TextMemory
 from tests.robots.adapters.vda5050.driven import ERRAND, SETTINGS, START
 from tests.robots.adapters.vda5050.test_robot_vehicle import Mastered
 
@@ -24,25 +25,12 @@ FAULTS = Faults(lost=0.2, repeated=0.3, delay_s=3.0)
 RESTARTS_PER_S = 0.2
 
 
-class Flash:
-    """What outlives the adapter."""
-
-    def __init__(self) -> None:
-        self.text: str | None = None
-
-    def load(self) -> str | None:
-        return self.text
-
-    def save(self, text: str) -> None:
-        self.text = text
-
-
 class Troubled(Mastered):
     """Messages pass by channels with faults."""
 
     def __init__(self, seed: int) -> None:
         self.random = Random(seed)
-        self.flash = Flash()
+        self.flash = TextMemory()
         self.restarts = 0
         super().__init__()
         self._codec = Encoder(lambda: START + timedelta(seconds=self.clock.now_s()))
