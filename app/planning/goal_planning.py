@@ -92,12 +92,12 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             return None
         built = self._problems.build(session, goal)
         if is_called and self._tenders is not None:
-            tender = self._tenders.close(session, goal, built)
+            tender, blockers = self._tenders.close(session, goal, built)
             goal.tender = tender.model_dump(mode="json")
-            if tender.state == TenderState.POSTPONED:
+            if blockers is not None:
                 goal.releases_seen = built.releases
                 self._tenders.release(session, goal)
-                self._wait(session, goal, self._tenders.blockers(goal, tender, built))
+                self._wait(session, goal, blockers)
                 return None
         task = self._task(goal, built, self._expired(session, goal))
         goal_lifecycle.begin_planning(goal)
@@ -223,15 +223,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         if self._tenders is not None and tender is not None and solution.result.plan_net is not None:
             tender = self._tenders.planned(tender, solution.result.plan_net, task.problem)
             goal.tender = tender.model_dump(mode="json")
-        plan = self._proposals.propose(
-            session,
-            goal,
-            solution.result,
-            task.problem,
-            repairs,
-            forecast=solution.forecast,
-            tender=tender,
-        )
+        plan = self._proposals.propose(session, goal, solution, task.problem, repairs, tender=tender)
         goal_lifecycle.propose(goal, plan.id, plan.reason)
         self._events.append(session, GoalPlanned(subject=goal.id, plan=plan.id))
         if goal.auto_approve:

@@ -156,8 +156,12 @@ class Tenders:
         )
         return session.scalar(unanswered.limit(1)) is None
 
-    def close(self, session: Session, goal: GoalRow, built: GoalProblem) -> TenderBody:
-        """The tender with what was bid, and the awards; postponed if busy robots are worth waiting for."""
+    def close(
+        self, session: Session, goal: GoalRow, built: GoalProblem
+    ) -> tuple[TenderBody, Blockers | None]:
+        """The tender with what was bid and the awards; or postponed, and the missions for which its goal waits, as busy
+        robots are worth that.
+        """
         tender = tender_of(goal)
         assert tender is not None
         bids = {
@@ -167,21 +171,17 @@ class Tenders:
         }
         tender = tender.with_bids(bids)
         if (postponed := self._postponement(goal, tender)) is not None:
-            now_s = self._clocks[goal.world].now_s()
-            until_s = {robot: now_s + _patience_s(release_s) for robot, release_s in postponed.robots.items()}
-            tender.waits_until_s = {**until_s, **tender.waits_until_s}
-            tender_lifecycle.postpone(tender, str(postponed))
-            return tender
+            return tender, self._postpone(goal, tender, postponed, built)
         if not tender.has_bids and not _some_decline(tender):
             heard = [bid for leg in tender.legs for part in leg.parts for bid in part.bids]
             why = "no robot has answered the calls in time"
             if any(bid.offer is not None for bid in heard):
                 why = "planning recruits none of those that have bid"
             tender_lifecycle.plan_centrally(tender, why)
-            return tender
+            return tender, None
         tender = tender.allocated()
         tender_lifecycle.award(tender)
-        return tender
+        return tender, None
 
     def _postponement(self, goal: GoalRow, tender: TenderBody) -> Postponement | None:
         """The busy robots that are worth waiting for; none so long that the first plan would miss the deadline."""
@@ -192,10 +192,14 @@ class Tenders:
             within_s = goal.deadline_at_s - now_s - tender.makespan_s
         return tender.postponement(impatient=impatient, within_s=within_s)
 
-    def blockers(self, goal: GoalRow, tender: TenderBody, built: GoalProblem) -> Blockers:
-        """What a postponed tender's goal waits for: the missions that need its best bidders."""
-        postponed = self._postponement(goal, tender)
-        assert postponed is not None
+    def _postpone(
+        self, goal: GoalRow, tender: TenderBody, postponed: Postponement, built: GoalProblem
+    ) -> Blockers:
+        """Postpone the tender; the missions that need its best bidders."""
+        now_s = self._clocks[goal.world].now_s()
+        new_s = {robot: now_s + _patience_s(release_s) for robot, release_s in postponed.robots.items()}
+        tender.waits_until_s = {**new_s, **tender.waits_until_s}
+        tender_lifecycle.postpone(tender, str(postponed))
         missions = tuple(
             f"{mission}: {tender.reason}"
             for mission, reserved in built.withheld.missions.items()

@@ -253,7 +253,7 @@ class Closure:
                     if built not in reached:
                         reached.add(built)
                         agenda.append(built)
-            waiting.difference_update(((node, row),))
+            waiting.discard((node, row))
 
 
 class Derivations:
