@@ -194,15 +194,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         tender, net = task.tender, solution.result.plan_net
         if tender is not None and net is not None and self._tenders is not None:
             tender = self._tenders.planned(tender, net, task.problem)
-        plan = self._proposals.propose(
-            session,
-            goal,
-            solution.result,
-            task.problem,
-            repairs,
-            forecast=solution.forecast,
-            tender=tender,
-        )
+        plan = self._proposals.propose(session, goal, solution, task.problem, repairs, tender=tender)
         # NOTE: the operator has decided already if the old plan does not use what is left out.
         measure = measure_of(repair.course, without=task.left_out.concerns(task.replaces.plan_net))
         words = repair.difference.words if repair.difference else ()

@@ -168,7 +168,7 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
         for one in found:
             plan_id = next((row for row, net in known.items() if net == one.result.plan_net), None)
             if plan_id is None:
-                plan = self._proposals.propose(session, goal, one.result, built, forecast=one.forecast)
+                plan = self._proposals.propose(session, goal, one, built)
             else:
                 plan = session.get_one(PlanRow, plan_id)
                 outdated.discard(plan_id)

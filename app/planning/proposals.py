@@ -15,11 +15,12 @@ from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import ForecastBody, PlanBody, RepairsBody
 from app.domain.tender_document import TenderBody
+from app.planning.pool.work import Solution
 from app.planning.problem_builder import GoalProblem
 from app.store import GoalRow, PlanRow
 from app.store.durations import key_of
 from app.store.event_log import EventLog
-from planner import GOAL, Forecast, PlanningResult
+from planner import GOAL
 from robots.clock import Clock
 
 
@@ -40,22 +41,21 @@ class Proposals:
         self,
         session: Session,
         goal: GoalRow,
-        result: PlanningResult,
+        solution: Solution,
         built: GoalProblem,
         repairs: RepairsBody | None = None,
         *,
-        forecast: Forecast | None = None,
         tender: TenderBody | None = None,
     ) -> PlanRow:
         """Record a solution as a proposed plan of the goal.
 
         :param built: the problem that it solves.
         :param repairs: the plan that it replaces, if it repairs one.
-        :param forecast: when its goals are likely achieved.
         :param tender: the bids that it was made by, if robots have bid.
         :raises ValueError: if the result is not a solution.
         :raises BrokenConstraints: if the plan breaks the goal's constraints.
         """
+        result, forecast = solution.result, solution.forecast
         broken = () if result.plan_net is None else built.constraints.broken_by(result.plan_net)
         if broken:
             raise BrokenConstraints(f"the plan for {goal.id} breaks its constraints: {'; '.join(broken)}")
