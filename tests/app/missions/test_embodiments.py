@@ -1,29 +1,24 @@
 """A robot's mind moves into another body while its mission goes on, in one body at a time, whoever is killed."""
 
 from collections.abc import Callable
-from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 from sqlalchemy import select
 
-from app.agents.running_world import RunningWorld
 from app.cli.embody import embody
 from app.composition import Service
 from app.domain.errors import IllegalTransition, Invalid
 from app.domain.lifecycles.embodiment import EmbodimentState, become
-from app.planning.pool.pool import PlanningWorker
-from app.settings import Settings
 from app.store import Database, EmbodimentRow
 from robots.wire import WORLD, MindVerb
 from robots.world import WorldFile
 from robots.world.bodies import WheeledBodySpec
 from tests.app.api.test_rules import told
-from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeRobot, FakeTeam
 from tests.app.missions.test_factsheets import CHANGES, started
+from tests.app.missions.trial import Trial
 from tests.databases import ON_BOTH
 from tests.waiting import ENDED, in_state, read_until, until
 
@@ -264,42 +259,12 @@ def test_a_simulated_robot_that_is_idle_gets_another_body_by_an_edition(
     assert (known["kind"], known["since"], known["attempts"]) == ("virtual", None, [])
 
 
-class Trial:
-    """A service that may be killed and started again, with the same robots."""
-
-    def __init__(self, settings: Settings, file: WorldFile, team: FakeTeam, worker: PlanningWorker) -> None:
-        self._settings = settings
-        self._file = file
-        self._team = team
-        self._worker = worker
-
-    @contextmanager
-    def running(self, run: str | None = None, file: WorldFile | None = None):  # type: ignore[no-untyped-def]
-        world = RunningWorld(
-            file=file or self._file,
-            link=self._team.link,
-            clock=self._team.clock,
-            rate=None,
-            run=run or self._team.run,
-        )
-        with (
-            Service(self._settings, [world], worker=self._worker) as service,
-            TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api,
-        ):
-            yield api
-
-
 @pytest.mark.parametrize("state", ["requested", "moving", "going_on", "returning"])
 def test_a_move_comes_to_its_end_though_the_service_ends_at_any_of_its_steps(
     state: str,
-    tmp_path: Path,
-    database_url: str,
-    world_file: WorldFile,
+    trial: Trial,
     team: FakeTeam,
-    worker: PlanningWorker,
 ) -> None:
-    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
-    trial = Trial(settings, world_file, team, worker)
     team.faults.stuck.add(ROBOT)
     with trial.running() as api:
         wish = {"text": f"send {ROBOT} to door_2", "auto_approve": True}
@@ -329,14 +294,11 @@ def test_a_move_comes_to_its_end_though_the_service_ends_at_any_of_its_steps(
 @pytest.mark.parametrize("run", ["another", None])
 def test_a_move_ends_in_the_body_that_a_replaced_world_file_gives(
     run: str | None,
-    tmp_path: Path,
+    trial: Trial,
     database_url: str,
     world_file: WorldFile,
     team: FakeTeam,
-    worker: PlanningWorker,
 ) -> None:
-    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
-    trial = Trial(settings, world_file, team, worker)
     with trial.running() as api:
         team.faults.silent |= {WORLD, "yard_2"}
         move(api).raise_for_status()

@@ -1,7 +1,6 @@
 """A robot's mind is handed over between the simulation and the robot's own software, whoever is killed."""
 
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,15 +11,12 @@ from app.cli.embody import embody
 from app.composition import Service
 from app.domain.errors import Invalid
 from app.missions import embodiments
-from app.planning.pool.pool import PlanningWorker
-from app.settings import Settings
 from robots.wire import WORLD, MindVerb, Program
-from robots.world import WorldFile
 from tests.app.api.test_rules import told
-from tests.app.conftest import TOKEN
 from tests.app.fake_robots import DOCUMENT, FakeTeam
-from tests.app.missions.test_embodiments import EMBODIMENT, ROBOT, Trial, ended, move, refused
+from tests.app.missions.test_embodiments import EMBODIMENT, ROBOT, ended, move, refused
 from tests.app.missions.test_factsheets import CHANGES, started
+from tests.app.missions.trial import Trial
 from tests.databases import ON_BOTH
 from tests.waiting import ENDED, in_state, read_until
 
@@ -204,15 +200,10 @@ def test_what_a_body_cannot_carry_on_is_refused(api: TestClient, team: FakeTeam,
 @pytest.mark.parametrize("state", ["requested", "handing_over", "moving", "going_on"])
 def test_a_mind_comes_into_the_real_body_though_the_service_ends_at_any_step(
     state: str,
-    tmp_path: Path,
-    database_url: str,
-    world_file: WorldFile,
+    trial: Trial,
     team: FakeTeam,
-    worker: PlanningWorker,
     patient: None,
 ) -> None:
-    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
-    trial = Trial(settings, world_file, team, worker)
     with trial.running() as api:
         team.faults.silent |= {ROBOT} if state == "requested" else set()
         team.faults.silent |= {WORLD} if state == "moving" else set()
@@ -236,15 +227,10 @@ def test_a_mind_comes_into_the_real_body_though_the_service_ends_at_any_step(
 @pytest.mark.parametrize("state", ["requested", "moving", "going_on", "returning"])
 def test_a_mind_comes_back_into_the_simulation_though_the_service_ends_at_any_step(
     state: str,
-    tmp_path: Path,
-    database_url: str,
-    world_file: WorldFile,
+    trial: Trial,
     team: FakeTeam,
-    worker: PlanningWorker,
     patient: None,
 ) -> None:
-    settings = Settings(data=tmp_path, token=TOKEN, database_url=database_url)
-    trial = Trial(settings, world_file, team, worker)
     with trial.running() as api:
         embody(api, ROBOT, "real")
         connect(api, team)
