@@ -33,7 +33,9 @@ def test_a_plan_says_how_likely_its_deadline_is_kept(
     assert goal["p10_s"] < goal["p50_s"] < goal["p90_s"]
     assert goal["p10_s"] < plan["makespan_s"] < goal["p90_s"]
     (beside,) = api.get(f"/v1/goals/{plan['goal_id']}/plans").json()["items"]
-    assert beside["on_time"] == pytest.approx(likely["on_time"], abs=0.05)
+    later = api.get(f"/v1/plans/{plan['id']}").json()["forecast"]
+    # The deadline comes nearer from one answer to the next.
+    assert later["on_time"] <= beside["on_time"] <= likely["on_time"]
 
 
 def test_without_a_deadline_it_says_only_when(api: TestClient, follow: Follow) -> None:
