@@ -85,7 +85,7 @@ class Desk:
                 about="goal-1",
             )
 
-    def call(self, opener: str) -> ConversationRow:
+    def call(self, opener: str, what: str = "leg", *, within_s: float = 20.0) -> ConversationRow:
         with self.database.write() as session:
             return self.speech.open(
                 session,
@@ -93,9 +93,9 @@ class Desk:
                 robot="yard_1",
                 what="bids",
                 performative=Performative.CFP,
-                content=Term("leg"),
+                content=Term(what),
                 protocol=CONTRACT_NET,
-                within_s=20.0,
+                within_s=within_s,
                 opener=opener,
             )
 
@@ -250,18 +250,7 @@ def test_a_fast_world_leaves_its_robots_the_same_time_by_the_wall_clock(desk: De
 
 
 def test_the_service_hears_that_it_was_not_understood(desk: Desk) -> None:
-    with desk.database.write() as session:
-        opened = desk.speech.open(
-            session,
-            world=LAB,
-            robot="yard_1",
-            what="bids",
-            performative=Performative.CFP,
-            content=Term("dance"),
-            protocol=CONTRACT_NET,
-            within_s=5.0,
-            opener="tests",
-        )
+    opened = desk.call("tests", "dance", within_s=5.0)
     desk.hear(desk.carry(desk.speech.due(LAB)))
     row = desk.row(opened)
     assert row.state == "not_understood"
