@@ -142,7 +142,7 @@ class Mover:
         assert isinstance(answer, MindOrderReport)
         assert answer.mind is not None
         if self._pieces and self._pieces[0].digest != answer.mind.digest:
-            self._pieces = []  # the program was killed, and has written its mind anew
+            self._pieces = []  # the program was killed, and has written its mind again
         if answer.mind.number == len(self._pieces):
             self._pieces.append(answer.mind)
         if len(self._pieces) < answer.mind.count:

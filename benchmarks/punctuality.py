@@ -79,7 +79,7 @@ class Case:
 def learned_problem(
     problem: PlanningProblem, truth: Truth, observations: int, chance: random.Random
 ) -> tuple[PlanningProblem, Mapping[Kind, float]]:
-    """The problem with what was learned from so many actions of each kind, and the factors on durations."""
+    """The problem with what was learned from that number of actions of each kind, and the factors on durations."""
     known: dict[Kind, Learned] = {}
     for kind in truth.of_kind:
         learned = PRIOR

@@ -464,7 +464,7 @@ def _forget_replaced(
     session: Session, events: EventLog, edited: EditedWorld, resting: Collection[str]
 ) -> None:
     """Drop the factsheets of robots in whose place others speak from now on. If these begin without the robots' minds,
-    end their leases and the moves of their minds; those get tunings and rules anew.
+    end their leases and the moves of their minds; those get tunings and rules again.
     """
     world = edited.world.name
     replaced = [edit.name for edit in edited.made if isinstance(edit, ChangeRobot) and edit.replaces]
@@ -472,10 +472,10 @@ def _forget_replaced(
         session.execute(
             delete(FactsheetRow).where(FactsheetRow.world == world, FactsheetRow.robot.in_(replaced))
         )
-        anew = [name for name in replaced if name not in resting]
-        renew_tunings(session, world, anew)
-        renew_rules(session, world, anew)
-        end_for_replaced(session, events, edited.world, anew)
+        without_mind = [name for name in replaced if name not in resting]
+        renew_tunings(session, world, without_mind)
+        renew_rules(session, world, without_mind)
+        end_for_replaced(session, events, edited.world, without_mind)
 
 
 def _forget_gone(session: Session, world: WorldFile) -> None:

@@ -122,7 +122,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         if self._tenders is not None and goal.allocation == Allocation.CONTRACT_NET:
             return self._tendered(goal, built, request, self._tenders)
         if built.problem.values:
-            expired = None  # which goals are worth it is decided anew
+            expired = None  # which goals are worth it is decided again
         if expired is None:
             work: PlanWork | RepairWork = PlanWork(problem=built.problem, request=request)
         else:

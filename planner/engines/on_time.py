@@ -109,7 +109,7 @@ class OnTimeEngine(WrappingEngine):
                 yield replace(result.plan_net, recruitment=recruitment_of(result.plan_net.actions, statics))
 
     def _prolonged(self, problem: PlanningProblem, deviations: float) -> PlanningProblem:
-        """The problem with every kind of action taking so many standard deviations longer."""
+        """The problem with each kind of action longer by this number of standard deviations."""
         kinds = {(op.spec.name, len(op.agents)) for op in self._base.operators}
         scales = {
             scale_term(*kind): problem.functions.get(scale_term(*kind), 1.0)

@@ -179,7 +179,7 @@ class BehaviouralAgent:
     def memory(self, *, is_whole: bool = False) -> RobotMemory:
         """The state to restore after a power failure; to be called between two ticks. A mind at rest is kept whole.
 
-        :param is_whole: with commitments and conversations, for the same robot's software that is made anew.
+        :param is_whole: with commitments and conversations, for a restart of the same robot's software.
         """
         is_whole = is_whole or self._embodiment.rests
         return RobotMemory(mind=self._mind_memory(is_whole=is_whole), body=self._body_memory())

@@ -54,7 +54,7 @@ def read_document(text: str) -> MindDocument:
 
 
 def pieces_of(text: str, *, size: int = MAX_PIECE) -> list[MindPiece]:
-    """The text in pieces of at most so many characters."""
+    """The text in pieces of at most this number of characters."""
     digest = digest_of(text)
     parts = [text[start : start + size] for start in range(0, len(text), size)] or [""]
     return [

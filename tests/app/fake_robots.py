@@ -61,7 +61,7 @@ from robots.wire import (
 from robots.world import load_world
 
 STORE = load_world("sample_store")
-DOCUMENT = '{"version": 1, "robot": "whoever"}'
+DOCUMENT = '{"version": 1, "robot": "yard_1"}'
 """What any robot hands over as its mind."""
 NO_MIND = "no mind was handed over"
 TICK_S = 0.5

@@ -1,4 +1,4 @@
-"""A robot's mind is handed over between the simulation and the robot's own software, whoever is killed."""
+"""A robot's mind is handed over between the simulation and the robot's own software, whichever program is killed."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
