@@ -396,7 +396,7 @@ class SocialLevel:
     def _answer(
         self, conversation: Conversation, message: Message, act: SpeechAct, reply: Reply, now_s: float
     ) -> None:
-        """Say it, unless the conversation no longer allows it. What tells something and is too long fails or is refused."""
+        """Say it if the conversation still allows it. What tells something too long becomes a failure or a refusal."""
         tells_too_much = reply.is_too_long and reply.performative in TELLING
         choices = (Performative.FAILURE, Performative.REFUSE) if tells_too_much else (reply.performative,)
         performative = next((one for one in choices if conversation.may_say(one)), None)
