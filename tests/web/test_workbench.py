@@ -341,8 +341,8 @@ def test_a_breakpoint_is_set_at_a_rule_shows_where_the_world_stands_and_is_left(
     step.click()
     expect(state).to_contain_text("no breakpoint was met in this step")
     panel.get_by_role("button", name="Continue").click()
+    until(lambda: [verb for verb, _, _ in service.decisions] == ["step", "continue"])
     expect(step).to_be_disabled()
-    assert [verb for verb, _, _ in service.decisions] == ["step", "continue"]
     panel.get_by_role("button", name="Clear").click()
     expect(state).to_contain_text("No breakpoints.")
     service.breakpoints |= {"refusal": "a fleet drives sample_store"}

@@ -68,7 +68,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         pytest.param(
             "import app.cli.main, app.cli.serve",
             PHYSICS | COMPILER | PLANNER | {"fastapi", "dbos", "alembic"},
-            1044,
+            1045,
             id="serve, before it listens",
         ),
         pytest.param(
