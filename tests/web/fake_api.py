@@ -436,9 +436,10 @@ def create_app(service: FakeService) -> FastAPI:
         sent = 0
         yield ": hello\n\n"
         while not service.stopping:
-            for event in service.events[sent:]:
+            fresh = service.events[sent:]  # others may be published while these are sent
+            sent += len(fresh)
+            for event in fresh:
                 yield f"id: {event['seq']}\ndata: {json.dumps(event)}\n\n"
-            sent = len(service.events)
             await asyncio.sleep(0.02)
 
     @app.get("/v1/events", dependencies=v1)
