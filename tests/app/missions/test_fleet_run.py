@@ -219,7 +219,8 @@ def test_a_fleet_with_other_domain_packs_is_named_until_it_has_the_same(
 def served_beside(
     data: Path, world_file: WorldFile, worker: PlanningWorker, broker: Mosquitto
 ) -> Iterator[tuple[TestClient, ServiceLink]]:
-    """A service that knows the digest of its world file."""
+    """A service that knows the digest of its world file, and has heard of no run before."""
+    retain(broker, "")  # else it hears what the broker keeps of the fleet of the test before
     names = [robot.name for robot in world_file.robots]
     link = ServiceLink(world_file.name, names, Broker.at(broker.url), digest="mine")
     world = RunningWorld(file=world_file, link=link, clock=link.clock, run=None, fleet=link)
@@ -234,11 +235,15 @@ def served_beside(
 
 def announce(broker: Mosquitto, **fields: Any) -> None:
     """As a stranger's fleet would."""
+    retain(broker, json.dumps({"state": "online", "run": "of-a-stranger", "time_s": 7.0, **fields}))
+
+
+def retain(broker: Mosquitto, announcement: str) -> None:
+    """Have the broker keep it as the world's last announcement; none if it is empty."""
     client = Client(CallbackAPIVersion.VERSION2)
     client.connect("127.0.0.1", broker.port)
     client.loop_start()
-    said = {"state": "online", "run": "of-a-stranger", "time_s": 7.0, **fields}
-    client.publish("macta/v1/sample_store/world", json.dumps(said), 1, retain=True).wait_for_publish(10)
+    client.publish("macta/v1/sample_store/world", announcement, 1, retain=True).wait_for_publish(10)
     client.disconnect()
     client.loop_stop()
 
