@@ -27,9 +27,16 @@ pytestmark = needs_mosquitto
 
 
 @pytest.fixture(scope="module")
-def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Mosquitto]:
+def shared_broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Mosquitto]:
     with mosquitto(tmp_path_factory.mktemp("broker")) as broker:
         yield broker
+
+
+@pytest.fixture
+def broker(shared_broker: Mosquitto) -> Mosquitto:
+    """Keeps no announcement of the fleet of the test before."""
+    retain(shared_broker, "")
+    return shared_broker
 
 
 @pytest.fixture
@@ -219,8 +226,7 @@ def test_a_fleet_with_other_domain_packs_is_named_until_it_has_the_same(
 def served_beside(
     data: Path, world_file: WorldFile, worker: PlanningWorker, broker: Mosquitto
 ) -> Iterator[tuple[TestClient, ServiceLink]]:
-    """A service that knows the digest of its world file, and has heard of no run before."""
-    retain(broker, "")  # else it hears what the broker keeps of the fleet of the test before
+    """A service that knows the digest of its world file."""
     names = [robot.name for robot in world_file.robots]
     link = ServiceLink(world_file.name, names, Broker.at(broker.url), digest="mine")
     world = RunningWorld(file=world_file, link=link, clock=link.clock, run=None, fleet=link)
