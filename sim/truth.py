@@ -34,7 +34,8 @@ class SampleTruth:
 class Truth:
     """All poses at one instant of the world's clock, and the objects' offsets from the middles of the capture heads.
 
-    `slipped`: how often a long object's handle has slipped out of a capture head so far.
+    `batteries`: by robot, the share of its charge that is left. `slipped`: how often a long object's handle has slipped
+    out of a capture head so far.
     """
 
     time_s: float
@@ -42,6 +43,7 @@ class Truth:
     samples: Mapping[str, SampleTruth]
     deflections_m: Mapping[str, float] = field(default_factory=dict)
     slipped: int = 0
+    batteries: Mapping[str, float] = field(default_factory=dict)
 
 
 def place_at(world: WorldFile, point: tuple[float, float]) -> str | None:

@@ -46,7 +46,7 @@ def offer(
     way_s = _way_s(leg, script, percepts)
     work_s = sum(packet.expected_duration_s for packet in leg.packets)
     powers = load_powers()
-    capacity_j = powers.capacity_wh * 3600
+    capacity_j = profile.battery_wh * 3600
     drawn_w = powers.electronics_w + powers.sensing_w(ALL_SENSORS) + powers.driving_w(profile.speed_m_s, 0.0)
     then = percepts.battery - drawn_w * release_s / capacity_j
     after = then - drawn_w * (way_s + work_s) / capacity_j

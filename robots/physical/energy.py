@@ -3,7 +3,7 @@
 from functools import cache, cached_property
 from importlib import resources
 
-from pydantic import Field, NonNegativeFloat, model_validator
+from pydantic import NonNegativeFloat, model_validator
 
 from robots.data import Checked, read_yaml
 from robots.physical.body import ALL_SENSORS, Sensor
@@ -17,9 +17,8 @@ class MotorPowers(Checked):
 
 
 class Powers(Checked):
-    """What a rover's parts draw, watts, and its battery's capacity, watt-hours."""
+    """What a rover's parts draw, watts."""
 
-    capacity_wh: float = Field(gt=0)
     electronics_w: NonNegativeFloat
     charger_w: NonNegativeFloat
     motors: MotorPowers

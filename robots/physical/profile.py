@@ -47,8 +47,9 @@ class RobotProfile:
 
     `beacons` must name every fixed beacon in sight: a sighting that is neither a beacon nor one of `others` counts as
     the tag of a sample. `lengths_m`: of the objects that take two robots. `home`: the beacon of its charger, None
-    without one. `round_trip_s`: the longest round trip of its radio. `samples`: those that it was told of; it reports
-    others that it sees. None: it is not told of samples, and reports none.
+    without one. `battery_wh`: what its battery holds when full. `round_trip_s`: the longest round trip of its radio.
+    `samples`: those that it was told of; it reports others that it sees. None: it is not told of samples, and reports
+    none.
     """
 
     name: str
@@ -59,6 +60,7 @@ class RobotProfile:
     repertoire: tuple[str, ...] = ("NAVIGATE", "DOCK", "DOCK2", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK")
     others: tuple[str, ...] = ()
     home: str | None = None
+    battery_wh: float = 120.0
     architecture: Architecture = Architecture.PARALLEL
     sensors: frozenset[str] = ALL_SENSORS
     whisker_least_m: float = 0.0

@@ -43,6 +43,11 @@ class Repertoire:
         """The tags that a robot's profile may name: of the packets that not every robot has."""
         return tuple(sorted({spec.tag for spec in self.specs.values() if not spec.basic}))
 
+    @property
+    def basic_tags(self) -> tuple[str, ...]:
+        """The tags of the packets that every robot has."""
+        return tuple(sorted({spec.tag for spec in self.specs.values() if spec.basic}))
+
     def tuned(self, tuning: Mapping[str, Tuning]) -> "Repertoire":
         """The repertoire with overridden parameters, by packet tag.
 
@@ -143,7 +148,7 @@ def _check_arguments(packet: BehaviourPacket, spec: PacketSpec, profile: RobotPr
 
 def _check_names(packet: BehaviourPacket, spec: PacketSpec) -> None:
     """Refuse unknown parameters of basic packets; others have all those of their plan-net action (table 3)."""
-    known = {*spec.arguments, *spec.parameters, *LIMITS, *(TARGET if spec.target else ())}
+    known = {*spec.arguments, *spec.optional, *spec.parameters, *LIMITS, *(TARGET if spec.target else ())}
     unknown = sorted(packet.arguments.keys() - known)
     if unknown:
         raise RepertoireError(

@@ -132,7 +132,7 @@ class RoleSpec(Checked):
 class RobotSpec(Checked):
     """A robot of the team: start is x, y in metres and heading in degrees; `body` is a kind, or one with its measures.
 
-    `battery`: the share of its charge that it starts with.
+    `battery`: the share of its charge that it starts with; `battery_wh`: what it holds when full, watt-hours.
     `architecture`: sensing in parallel with acting, or in turn. `whisker_least_m`: the shortest range read.
     `sonar`: the range sensors, in order: its whiskers or, in their place, the echoes of the map's walls, and a virtual
     sonar that detects avatars.
@@ -160,6 +160,7 @@ class RobotSpec(Checked):
     speed_m_s: Speed = 0.5
     turn_rad_s: TurnRate = 1.5
     battery: float = Field(default=1.0, ge=0, le=1)
+    battery_wh: float = Field(default=120.0, gt=0, le=1e5)
     whiskers: int = Field(default=16, ge=8, le=64)
     whisker_range_m: float = Field(default=2.5, gt=0.2, le=10)
     whisker_least_m: float = Field(default=0.0, ge=0, le=0.5)

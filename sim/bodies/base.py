@@ -27,7 +27,7 @@ class SimulatedBody(ABC):
     def __init__(self, spec: RobotSpec, jaws: Jaws, scene: Scene) -> None:
         self.spec = spec
         self.running: frozenset[str] = ALL_SENSORS
-        self.battery = Battery(load_powers(), level=spec.battery)
+        self.battery = Battery(load_powers(), capacity_wh=spec.battery_wh, level=spec.battery)
         self._jaws = jaws
         self._scene = scene
         self._command = (0.0, 0.0)

@@ -2,8 +2,8 @@
 
 from robots.physical.energy import Powers
 
-CHARGE_BELOW = 0.25
-"""Charging begins below this level."""
+CHARGE_BELOW = 0.9
+"""Charging begins below this level, as soon as the rover stands at its home."""
 CHARGED = 0.95
 """Charging ends at this level; the gap keeps it from toggling near full charge."""
 
@@ -15,9 +15,9 @@ class Battery:
     so that the rover can still report why it stands.
     """
 
-    def __init__(self, powers: Powers, *, level: float = 1.0) -> None:
+    def __init__(self, powers: Powers, *, capacity_wh: float, level: float = 1.0) -> None:
         self._powers = powers
-        self._full_j = powers.capacity_wh * 3600
+        self._full_j = capacity_wh * 3600
         self.left_j = level * self._full_j
         self.charging = False
 

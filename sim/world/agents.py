@@ -53,6 +53,7 @@ def behavioural_agent(setup: AgentSetup, repertoire: Repertoire | None = None) -
         repertoire=tuple(spec.repertoire),
         others=setup.others,
         home=spec.home,
+        battery_wh=spec.battery_wh,
         architecture=Architecture(spec.architecture),
         sensors=ALL_SENSORS | {sensor.kind for sensor in spec.sensors if sensor.takes_images},
         whisker_least_m=spec.whisker_least_m,

@@ -326,6 +326,7 @@ class Simulation:
             samples={sample.name: self._sample_truth(sample) for sample in self._samples},
             deflections_m={name: hypot(*self._jaws.deflection_m(name)) for name in self.bodies},
             slipped=self._jaws.slipped,
+            batteries={name: body.battery.level for name, body in self.bodies.items()},
         )
 
     def drop(self, sample: str) -> None:

@@ -35,7 +35,7 @@ def told(service: Service, verb: MindVerb) -> MindOrderReport:
     return reports()[-1]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(at_s=st.floats(0.0, 60.0))
 def test_a_script_comes_to_its_end_once_in_another_program_from_wherever_it_is(at_s: float) -> None:
     world = room({"s1": 1 + 0.4j})

@@ -8,7 +8,6 @@ from robots.physical.energy import Powers, SensingMeter, load_powers
 
 ROUND = Powers.model_validate(
     {
-        "capacity_wh": 10,
         "electronics_w": 1,
         "charger_w": 20,
         "motors": {"per_m_s": 30, "per_rad_s": 6},
@@ -37,7 +36,7 @@ def test_the_shipped_powers_name_every_sensor() -> None:
 @pytest.mark.parametrize(
     ("changed", "names"),
     [
-        ({"capacity_wh": 0}, "capacity_wh"),
+        ({"capacity_wh": 10}, "capacity_wh"),
         ({"electronics_w": -1}, "electronics_w"),
         ({"sensors": {"bumper": 1}}, "the power is missing of capture_head"),
         ({"wings_w": 1}, "wings_w"),

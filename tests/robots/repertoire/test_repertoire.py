@@ -40,7 +40,7 @@ def test_the_papers_packets_and_the_behavioural_suite_are_there() -> None:
     suite = {"STOP", "STEP", "MOVE_TO", "FACE_OBJECT", "KICK", "WANDER"} | turns | follows
     long = {f"{tag} (long)" for tag in ("DOCK", "DOCK2", "DOCK2_OFF", "TRANSPORT", "RELEASE1", "RELEASE2")}
     phases = {*PHASE_TAGS} - {"DOCK2_OFF"}
-    upkeep = {"SEEK_CHARGER", "CHARGE", "TELEOPERATE"}
+    upkeep = {"SEEK_CHARGER", "CHARGE", "RECHARGE", "TELEOPERATE"}
     assert set(REPERTOIRE.specs) == mission | phases | suite | long | upkeep
     assert {tag for tag, spec in REPERTOIRE.specs.items() if spec.basic} == suite | upkeep
 
@@ -147,6 +147,26 @@ def test_own_texts_make_a_repertoire() -> None:
 def test_malformed_contents_are_an_error_that_names_the_text(right: str, wrong: str) -> None:
     with pytest.raises(RepertoireError, match="wait is no packet"):
         load_repertoire([("wait", MINIMAL.replace(right, wrong))])
+
+
+def with_verbs(count: int) -> str:
+    """The packet, which a person asks for by this number of verbs."""
+    verbs = ", ".join(f"rest {'e' * number}" for number in range(1, count + 1))
+    return MINIMAL.replace("about: Waits.", f"about: Waits.\nwords: [{{verbs: [{verbs}]}}]")
+
+
+def test_a_packet_has_one_to_sixteen_verbs() -> None:
+    (spec,) = load_repertoire([("wait", with_verbs(16))]).specs.values()
+    assert len(spec.words[0].verbs) == 16
+    for count in (0, 17):
+        with pytest.raises(RepertoireError, match=r"words\.0\.verbs"):
+            load_repertoire([("wait", with_verbs(count))])
+
+
+def test_a_reading_of_nothing_is_no_result_of_a_packet() -> None:
+    named = MINIMAL.replace("about: Waits.", "about: Waits.\nresults: [{reading: '', of: me}]")
+    with pytest.raises(RepertoireError, match=r"results\.0\.reading"):
+        load_repertoire([("wait", named)])
 
 
 def test_a_tag_defined_twice_is_an_error() -> None:

@@ -78,7 +78,7 @@ def test_the_battery_pays_for_what_runs_and_for_driving() -> None:
 
 
 def test_a_low_battery_is_charged_at_home_until_it_is_nearly_full() -> None:
-    battery = Battery(load_powers())
+    battery = Battery(load_powers(), capacity_wh=120)
 
     def rest(hours: float, *, at_home: bool) -> None:
         for _ in range(int(hours * 360)):
@@ -97,6 +97,6 @@ def test_a_low_battery_is_charged_at_home_until_it_is_nearly_full() -> None:
 
 
 def test_an_empty_battery_holds_nothing_less_than_nothing() -> None:
-    battery = Battery(load_powers())
+    battery = Battery(load_powers(), capacity_wh=120)
     battery.advance(1e9, running=ALL_SENSORS, driven=(0.5, 0.0), at_home=False)
     assert battery.level == 0.0

@@ -91,3 +91,32 @@ def test_a_rover_with_an_empty_battery_stands_still_and_says_so() -> None:
     assert (after.x_m, after.y_m) == (before.x_m, before.y_m)
     assert operator.telemetry().battery == 0.0
     assert operator.telemetry().packet_tag == "SEEK_CHARGER"
+
+
+@pytest.mark.parametrize("start", [(5.0, 1.0, 0.0), (0.8, 1.8, 90.0)])
+def test_a_rover_recharges_as_its_script_says_and_then_goes_on(start: tuple[float, float, float]) -> None:
+    """From afar, and from where it is believed to be near its charger but is not in its reach."""
+    data = store(0.4).model_dump(mode="json")
+    data["robots"][0].update(start=start, battery_wh=2.0)
+    simulation = Simulation(WorldFile.model_validate(data), make_agent=behavioural_agent, seed=3)
+    operator = Operator(simulation)
+    charge = packet("RECHARGE", robot="yard_1", rel="near", ref="home_yard_1", to="0.600")
+    order = script("yard_1", charge, packet("NAVIGATE", ref2="door_2"))
+    accepted = operator.order(order)
+
+    def tag() -> str | None:
+        telemetry = [one.body for one in operator.listen() if isinstance(one.body, Telemetry)]
+        return telemetry[-1].packet_tag if telemetry else None
+
+    assert simulation.run_until(lambda: tag() == "NAVIGATE", timeout_s=120)
+    assert operator.answer(accepted) is Performative.AGREE
+    assert 0.58 < operator.telemetry().battery < 0.62
+    assert simulation.truth().batteries["yard_1"] == pytest.approx(operator.telemetry().battery, abs=0.01)
+
+
+def test_a_rover_at_its_charger_is_charged_without_being_asked() -> None:
+    data = store(0.5).model_dump(mode="json")
+    data["robots"][0].update(start=(0.6 + 0.7, 1.8, 180.0))
+    simulation = Simulation(WorldFile.model_validate(data), make_agent=behavioural_agent, seed=3)
+    simulation.run_until(lambda: False, timeout_s=5)
+    assert simulation.truth().batteries["yard_1"] > 0.5

@@ -1,7 +1,7 @@
 """A robot that is driven by ROS 2 actions keeps the contract; faults of action servers fail packets with reasons."""
 
 import argparse
-from math import cos, pi, sin
+from math import cos, nan, pi, sin
 from pathlib import Path
 from typing import Any
 
@@ -313,6 +313,18 @@ def test_pose_and_battery_become_telemetry_in_the_worlds_frame() -> None:
     assert (told.x_m, told.y_m) == pytest.approx((1.2, 2.0))
     assert abs(told.heading_rad) == pytest.approx(pi)
     assert (told.battery, told.charging, told.goal_m, told.packet_tag) == (0.4, True, 2.5, "NAVIGATE")
+
+
+def test_a_charge_that_the_battery_does_not_measure_counts_as_full() -> None:
+    stage = Stage()
+    found = message("geometry_msgs/msg/PoseWithCovariance", pose=pose(x=4.0, y=0.3))
+    stage.node.subscriptions["amcl_pose"](message("geometry_msgs/msg/PoseWithCovarianceStamped", pose=found))
+    stage.node.subscriptions["battery_state"](
+        message("sensor_msgs/msg/BatteryState", percentage=nan, power_supply_status=2)
+    )
+    stage.run_for(1)
+    told = stage.service.telemetry[-1]
+    assert (told.battery, told.charging) == (1.0, False)
 
 
 def told_pose(stage: Stage, *, stamp_s: int) -> list[tuple[float, float]]:

@@ -1,7 +1,8 @@
 """The file of settings: defaults, frames, places, and errors that say where."""
 
 import json
-from math import hypot, pi
+from cmath import rect
+from math import hypot, pi, radians
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from robots.adapters.vda5050.factsheets import repertoire, robot_factsheet, robot_name
 from robots.adapters.vda5050.frame import Frame
 from robots.adapters.vda5050.messages import VehicleFactsheet
-from robots.adapters.vda5050.settings import APPROACH_M, Settings, SettingsError, load_settings
+from robots.adapters.vda5050.settings import APPROACH_M, Settings, SettingsError, load_settings, place_at
 from robots.adapters.vda5050.topics import VehicleId
 from robots.physical.stand_off import STAND_OFF_M
 from robots.world import shipped_worlds
@@ -67,6 +68,16 @@ def test_places_of_a_world_file_are_where_its_robots_stand_before_them() -> None
     hatch = settings.places["interchange_1"]
     assert hatch.pose(near=(2.0, 1.0))[:2] == pytest.approx((2.0, 2.8))
     assert hatch.pose(near=(2.0, 8.0))[:2] == pytest.approx((2.0, 4.4))
+
+
+@pytest.mark.parametrize("approach_deg", [0.0, 45.0, 90.0, 180.0, 200.0, 270.0, -90.0, 359.0])
+def test_a_vehicle_before_a_place_faces_it(approach_deg: float) -> None:
+    place = place_at((3.0, 4.0), [approach_deg]).pose()
+    away = rect(APPROACH_M, radians(approach_deg))
+    assert complex(place.x, place.y) == pytest.approx(3.0 + 4.0j + away, abs=1e-6)
+    assert place.heading_rad is not None
+    assert rect(APPROACH_M, place.heading_rad) == pytest.approx(-away, abs=1e-6)
+    assert -pi < place.heading_rad <= pi
 
 
 @pytest.mark.parametrize(
