@@ -59,6 +59,7 @@ from app.planning.export import PlanExport
 from app.planning.goal_planning import GoalPlanningJob
 from app.planning.goal_service import GoalService
 from app.planning.hold_service import HoldService
+from app.planning.hold_watch import HoldWatch
 from app.planning.leg_calls import LegCalls
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import PlanningWorker
@@ -327,7 +328,7 @@ class Service:
             peripherals=lambda world: [one.name for one in self._files[world].peripherals],
             tenders=self.tenders,
         )
-        self.alternatives = Alternatives(core)
+        self.alternatives = Alternatives(core, problems=problems, worlds=self._files, clocks=self.clocks)
         self._alternatives_job = AlternativesJob(
             core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
         )
@@ -346,6 +347,8 @@ class Service:
             paces=self._paces,
             tenders=self.tenders,
         )
+        self._hold_watch = HoldWatch(core, worlds=self._files, goals=self.goals)
+        self._files.removed.append(self._hold_watch.forget)
 
     def _wire_missions(self) -> None:
         """From an approved plan to the mission's end."""
@@ -425,6 +428,7 @@ class Service:
             waiting=self._waiting_goals,
             silent_in_s=self.contact.silent_in_s,
             tenders=self.tenders,
+            stands=self.breakpoints.stands,
         )
 
     def _wire_recordings(self) -> None:
@@ -543,6 +547,7 @@ class Service:
     def _follow_holds(self, world: str) -> None:
         if self.executors.holds_lease(world):
             self.holds.follow(world)
+            self._hold_watch.follow(world)
 
     @cached_property
     def api(self) -> FastAPI:

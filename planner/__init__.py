@@ -50,6 +50,7 @@ from planner.problem.interface import (
     Progress,
     warm_up,
 )
+from planner.problem.preference import Preference, PreferenceChoice, PreferenceOutcome
 from planner.up_registration import register_with_unified_planning
 
 __all__ = [
@@ -83,6 +84,9 @@ __all__ = [
     "PlanningRequest",
     "PlanningResult",
     "PlanningStatus",
+    "Preference",
+    "PreferenceChoice",
+    "PreferenceOutcome",
     "Progress",
     "QuantitySpec",
     "Senses",

@@ -21,6 +21,7 @@ from planner.problem.interface import (
     PlanningRequest,
     PlanningResult,
 )
+from planner.problem.preference import Preference, judged
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 
@@ -84,6 +85,27 @@ def alternatives(
         replace(pool.plans[key], label=", ".join(names), words=_compared(pool.plans[key], quickest))
         for key, names in list(labels.items())[:k]
     )
+
+
+def with_choices_of(
+    proposed: PlanningResult, result: PlanningResult, preferences: Sequence[Preference]
+) -> PlanningResult:
+    """An alternative with what the proposed plan tells of optional goals and preferences.
+
+    The goals are those of the proposed plan, so all leave out the same; an alternative may keep more preferences.
+    """
+    result = replace(
+        result, value=proposed.value, value_bound=proposed.value_bound, left_out=proposed.left_out
+    )
+    if proposed.preferences is None or result.plan_net is None:
+        return result
+    outcomes = proposed.preferences.outcomes
+    told = {one.words: one for one in outcomes}
+    judgements = (
+        told.get(one.words, one) if not one.is_kept else one
+        for one in judged(preferences, result.plan_net, otherwise="the world has changed since")
+    )
+    return replace(result, preferences=replace(proposed.preferences, outcomes=tuple(judgements)))
 
 
 def activities(plan_net: PlanNet) -> Activities:

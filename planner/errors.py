@@ -17,6 +17,10 @@ class InvalidPlan(PlannerError):
     """Raised when an engine's sequence of actions does not reach the goals from the problem's facts."""
 
 
+class OrderNotKept(InvalidPlan):
+    """Raised when a sequence cannot be put into an order in which goals come true as they are to; names them."""
+
+
 class CyclicOrder(PlannerError):
     """Raised when orderings contradict each other: `nodes` are on cycles or behind them."""
 
@@ -31,3 +35,7 @@ class UnknownEngine(PlannerError, ValueError):
 
 class UnknownAction(PlannerError, ValueError):
     """Raised when a mission's progress names an action that its plan-net lacks; names those it has."""
+
+
+class OutOfTime(PlannerError):
+    """Raised when the time limit is reached while a search is being prepared."""

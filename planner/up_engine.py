@@ -12,6 +12,7 @@ starts `EPSILON` after the last one that it is ordered after.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import IO, Any
 
@@ -23,14 +24,27 @@ from unified_planning.engines.results import LogLevel, LogMessage
 from unified_planning.model import ProblemKind
 from unified_planning.plans import ActionInstance, PartialOrderPlan, TimeTriggeredPlan
 
-from planner.engines.registry import portfolio
+from planner.engines.improving_portfolio import ImprovingPortfolio
+from planner.engines.plan_net_completion import merit
+from planner.engines.registry import improving_portfolio
 from planner.errors import Unsupported
 from planner.interchange.foreign import ReadProblem, read_up_problem
 from planner.interchange.foreign.features import supported_features
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.knowledge import KnowledgeBase
+from planner.plan_nets.assembly import assemble
+from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
-from planner.problem.interface import PlanningEngine, PlanningRequest, PlanningResult, PlanningStatus
+from planner.plan_nets.validation import sequence_of
+from planner.problem.interface import (
+    Objective,
+    PlanningEngine,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+    warm_up,
+)
 from planner.problem.timer import Timer
 
 EPSILON = Fraction(1, 1000)
@@ -39,8 +53,9 @@ DEFAULT_TIME_LIMIT_S = 3600.0
 """Time limit if the caller sets none."""
 MIN_TIME_LIMIT_S = 0.1
 """Time limit of an attempt that begins when no time is left."""
-NO_EFFORT_S = 0.0
-"""`PlanningRequest.effort_s` of an attempt that does not improve the first plan it finds."""
+
+SHARE_TO_IMPROVE = 0.9
+"""Share of the time that is left in which `AnytimePlanner` improves its first plan; the rest is for checks."""
 
 _STATUS = {
     PlanningStatus.SOLVED: PlanGenerationResultStatus.SOLVED_SATISFICING,
@@ -55,15 +70,15 @@ _STATUS = {
 class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ignore[misc]
     """Reads a unified-planning problem, plans it, and returns the plan in unified-planning's form.
 
-    :param agents: the types of agents, each of which does one action at a time; if empty, the first parameter of
-        each action is its agent.
+    :param agents: the types of agents, each of which does one action at a time. If empty, plans are found as if the
+        first parameter of each action were its agent, but may have several actions of one at a time.
     :param make_engine: makes the engine that plans with a knowledge base.
     """
 
     def __init__(
         self,
         agents: tuple[str, ...] = (),
-        make_engine: Callable[[KnowledgeBase], PlanningEngine] = portfolio,
+        make_engine: Callable[[KnowledgeBase], PlanningEngine] = improving_portfolio,
         **_: Any,
     ) -> None:
         Engine.__init__(self)
@@ -104,39 +119,50 @@ class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ig
         timeout: float | None = None,
         output_stream: IO[str] | None = None,
     ) -> PlanGenerationResult:
-        *_, last = self._results(problem, timeout, efforts=(None,))
+        *_, last = self._results(problem, timeout, is_anytime=False)
         return last
 
     def _get_solutions(
         self, problem: Any, timeout: float | None = None, output_stream: IO[str] | None = None
     ) -> Iterator[PlanGenerationResult]:
-        """Yield the first plan found, then the best one."""
-        yield from self._results(problem, timeout, efforts=(NO_EFFORT_S, None))
+        """Yield the first plan found, then the best one that the engines find until the timeout."""
+        yield from self._results(problem, timeout, is_anytime=True)
 
     def _results(
-        self, problem: Any, timeout: float | None, efforts: tuple[float | None, ...]
+        self, problem: Any, timeout: float | None, *, is_anytime: bool
     ) -> Iterator[PlanGenerationResult]:
-        timer = Timer(timeout or DEFAULT_TIME_LIMIT_S)
+        reading = Timer(timeout or DEFAULT_TIME_LIMIT_S)
+        objective = _objective(problem)
         try:
             with UNIFIED_PLANNING_LOCK:
-                read = read_up_problem(problem, agents=self._agents)
+                read = read_up_problem(
+                    problem, agents=self._agents, costs_as_energy=objective is Objective.ENERGY
+                )
         except Unsupported as error:
             yield self._without_plan(PlanGenerationResultStatus.UNSUPPORTED_PROBLEM, str(error))
             return
         engine = self._make_engine(read.knowledge_base)
+        limit_s = reading.left_s
+        warm_up(engine)  # on a machine's first use it compiles: a problem's time begins only after it
+        timer = Timer(limit_s)
         best: PlanNet | None = None
-        for effort_s in efforts:
-            limit_s = max(MIN_TIME_LIMIT_S, timer.left_s)
-            result = engine.plan(read.problem, PlanningRequest(time_limit_s=limit_s, effort_s=effort_s))
+        effort_s = SHARE_TO_IMPROVE * limit_s if is_anytime and timeout is not None else None
+        request = PlanningRequest(
+            time_limit_s=max(MIN_TIME_LIMIT_S, timer.left_s), effort_s=effort_s, objective=objective
+        )
+        for result in _answers(engine, read.problem, request):
             if result.plan_net is None and best is None:
                 yield self._without_plan(_status(read, result), result.reason)
                 return
-            if result.plan_net is not None and (best is None or result.plan_net.makespan_s < best.makespan_s):
-                best = result.plan_net
-            if effort_s is not None and best is not None:
-                yield self._solved(PlanGenerationResultStatus.INTERMEDIATE, problem, read, best, result)
-            elif best is not None:
-                yield self._solved(PlanGenerationResultStatus.SOLVED_SATISFICING, problem, read, best, result)
+            found = result.plan_net
+            if found is not None and not self._agents:
+                found = without_agents(found, read)
+            if found is not None and (best is None or merit(found, objective) < merit(best, objective)):
+                best = found
+                if is_anytime:
+                    yield self._solved(PlanGenerationResultStatus.INTERMEDIATE, problem, read, best, result)
+        if best is not None:
+            yield self._solved(PlanGenerationResultStatus.SOLVED_SATISFICING, problem, read, best, result)
 
     def _without_plan(self, status: PlanGenerationResultStatus, reason: str) -> PlanGenerationResult:
         return PlanGenerationResult(status, None, self.name, log_messages=[LogMessage(LogLevel.INFO, reason)])
@@ -151,6 +177,16 @@ class MactaEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):  # type: ig
     ) -> PlanGenerationResult:
         metrics = {"engine": result.engine, "makespan_s": f"{plan_net.makespan_s:g}"}
         return PlanGenerationResult(status, up_plan(problem, read, plan_net), self.name, metrics)
+
+
+def without_agents(plan_net: PlanNet, read: ReadProblem) -> PlanNet:
+    """The plan-net in which agents may do several actions at a time: to the original they are objects like others.
+
+    Only causal links and threats to them order the actions, so that it is no longer, and mostly shorter.
+    """
+    sequence = [replace(action, agents=()) for action in sequence_of(plan_net)]
+    order = extract(sequence, read.problem.facts, plan_net.goals)
+    return assemble(order, plan_net.goals, read.knowledge_base, {})
 
 
 def up_plan(problem: Any, read: ReadProblem, plan_net: PlanNet) -> Any:
@@ -205,6 +241,24 @@ def _value(problem: Any, expression: Any) -> Fraction:
             product *= part
         return product
     return parts[0] / parts[1] if expression.is_div() else Fraction(expression.constant_value())
+
+
+def _answers(
+    engine: PlanningEngine, problem: PlanningProblem, request: PlanningRequest
+) -> Iterator[PlanningResult]:
+    """An engine's answers as they come, if it gives several."""
+    if isinstance(engine, ImprovingPortfolio):
+        yield from engine.answers(problem, request)
+    else:
+        yield engine.plan(problem, request)
+
+
+def _objective(problem: Any) -> Objective:
+    """The least total cost of actions if a metric asks for that or for the fewest actions, else the makespan."""
+    for metric in problem.quality_metrics:
+        if metric.is_minimize_action_costs() or metric.is_minimize_sequential_plan_length():
+            return Objective.ENERGY
+    return Objective.MAKESPAN
 
 
 def _status(read: ReadProblem, result: PlanningResult) -> PlanGenerationResultStatus:

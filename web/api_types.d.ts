@@ -118,7 +118,8 @@ interface WorldEdition {
 interface Hold {
   id: string;
   world: string;
-  places: string[];
+  words: string;
+  lost: { now: string; goal: string | null; reason: string }[];
   ends: string;
   text: string;
 }
@@ -142,14 +143,22 @@ interface Goal {
   plan_id?: string | null;
   mission_id?: string | null;
   planning?: { engine: string; elapsed_s: number; makespan_s: number | null; lower_bound_s: number | null; waits_for: string } | null;
-  alternatives?: { state: string; reason?: string } | null;
+  alternatives?: { state: string; reason?: string; edited?: string | null } | null;
   deadline_s?: number | null;
   deadline_at_s?: number | null;
   not_before_at_s?: number | null;
   priority?: number;
   readings?: Reading[];
   constraints?: Constraints;
+  conflict?: Conflict | null;
   created_at: string;
+}
+
+/** Constraints that stand in the way of a plan together, in words. */
+interface Conflict {
+  constraints: string[];
+  proven: boolean;
+  complete: boolean;
 }
 
 /** Words of a sentence and what they were resolved to. */
@@ -163,17 +172,39 @@ interface Constraints {
   without: string[];
   avoid: string[];
   keep_empty: string[];
+  keep?: Fact[];
   after: string[];
+  preferences?: Preference[];
+}
+
+/** A constraint that a plan may break at a cost; one of its lists has names. */
+interface Preference {
+  robots: string[];
+  without: string[];
+  avoid: string[];
+  keep_empty: string[];
+  at_least: Record<string, number>;
+  cost_s: number;
+}
+
+interface PreferenceOutcome {
+  preference: string;
+  cost_s: number;
+  kept: boolean;
+  reason?: string;
+  longer_s?: number | null;
+  longer_at_least_s?: number;
 }
 
 interface Terms {
   readings?: Reading[];
   constraints?: Constraints;
-  holds?: { places: string[]; words?: string }[];
+  holds?: { places: string[]; facts?: Fact[]; words?: string }[];
 }
 
 interface CheckedSentence extends Terms {
   goals: Fact[];
+  preferences?: { preference: string; cost_s: number; conflict: string }[];
   issue: { detail: string } | null;
   completions: string[];
 }
@@ -257,6 +288,7 @@ interface Plan {
   actions: PlannedAction[];
   causal_links?: CausalLink[];
   robots: string[];
+  objects?: Record<string, string>;
   makespan_s: number;
   lower_bound_s?: number | null;
   engine?: string;
@@ -271,6 +303,7 @@ interface Plan {
   value?: number | null;
   value_bound?: number | null;
   left_out?: { goal: Fact; value: number; reason: string }[];
+  preferences?: { outcomes: PreferenceOutcome[]; cost_s: number; bound_s: number; cut_short: boolean } | null;
   forecast?: PlanForecast | null;
   on_time?: number | null;
   overtaken?: string[];
@@ -293,6 +326,7 @@ interface ActionExplanation {
 interface PlanExplanation {
   makespan: string[];
   waits: { words: string }[];
+  constraints: { constraint: string; words: string }[];
   robots: Record<string, string>;
   actions: ActionExplanation[];
 }

@@ -9,7 +9,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.contact import Connection
 from robots.clock import Clock
 from robots.link.mqtt.topics import ConnectionState
-from robots.wire import Telemetry
+from robots.wire import OWN, Telemetry
 from robots.world import WorldFile
 
 SILENT_AFTER_S = 5.0
@@ -177,9 +177,12 @@ class RobotBoard:
         if telemetry.driven_by is not None:
             return f"which {telemetry.driven_by} drives"
         level = f"its battery at {telemetry.battery:.0%}"
-        if telemetry.charging:
+        is_low = telemetry.battery < min(enough, 1.0)
+        # One that only stands at its charger is recruited: plans know how far its battery lasts.
+        is_own = telemetry.script_id is not None and telemetry.script_id.startswith(OWN)
+        if telemetry.charging and (is_low or is_own):
             return f"which charges, {level}"
-        return f"which rests, {level}" if telemetry.battery < min(enough, 1.0) else ""
+        return f"which rests, {level}" if is_low else ""
 
     def link_closed(self, world: str) -> None:
         """The link to the world's robots is closed."""

@@ -26,7 +26,7 @@ class WorldState(StrEnum):
     STARTING = "starting"
     """Its simulation is being built."""
     WAITING_FOR_FLEET = "waiting_for_fleet"
-    """No fleet has announced that it drives the world."""
+    """No fleet has announced that it drives the world, or none with which messages can be exchanged."""
     RUNNING = "running"
     """Its run is known."""
     FAILED = "failed"
@@ -195,12 +195,11 @@ class RunningWorld:
                 return WorldStatus(state=WorldState.FAILED, detail=self.late.failure)
             if self.late.taken_up is None:
                 return WorldStatus(state=WorldState.STARTING, detail=self.late.doing)
+        if fault := self.fault_words():
+            return WorldStatus(state=WorldState.WAITING_FOR_FLEET, detail=fault)
         if self.fleet is not None and self.fleet.run is None:
-            return WorldStatus(
-                state=WorldState.WAITING_FOR_FLEET,
-                detail=self.fault_words()
-                or f"no fleet drives {self.file.name} yet: start `macta fleet` with the same world file",
-            )
+            detail = f"no fleet drives {self.file.name} yet: start `macta fleet` with the same world file"
+            return WorldStatus(state=WorldState.WAITING_FOR_FLEET, detail=detail)
         return WorldStatus(state=WorldState.RUNNING)
 
     @property

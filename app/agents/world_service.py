@@ -25,7 +25,7 @@ from app.domain.world_model.beliefs import (
     spot_of,
 )
 from app.domain.world_model.berths import Statement, resolve_statements
-from app.domain.world_model.numbers import Term, Things, check_term, check_value, words_of
+from app.domain.world_model.numbers import Things, check_term, check_value, words_of
 from app.domain.world_model.problem import objects_of
 from app.domain.world_model.vocabulary import stated_fact, symbolic, symbolic_all
 from app.store import FactRow, NumberRow, WorldRow
@@ -35,6 +35,7 @@ from app.store.records import lock_running_missions
 from app.store.unknowns import Unknown, list_unknowns
 from app.workflows.mission_wakeups import wake_missions
 from planner import Fact, KnowledgeBaseError, number_words
+from planner.knowledge.comparison import Term
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import WorldFile

@@ -148,7 +148,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
     problems.install(api)
     routers = [
         goals_router(service.goals, service.alternatives, service.plans),
-        plans_router(service.plans, service.explanations, service.export),
+        plans_router(service.plans, service.alternatives, service.explanations, service.export),
         plan_bids_router(service.plan_bids, service.tenders),
         missions_router(service.missions),
         worlds_router(service.worlds),

@@ -9,11 +9,14 @@ from pydantic_core import from_json, to_json
 
 from app.agents.running_world import WorldState
 from app.api.parameters import Name
+from app.domain.goal_language.conflict_set import ConstraintConflict
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
+from app.domain.goal_language.kept_facts import HoldFact
 from app.domain.goal_language.stated_holds import HoldEnd, StatedHold
 from app.domain.goal_language.terms import GoalHold, GoalTerms, Reading
 from app.domain.goal_language.times import Due
 from app.domain.plan_document import PlanBody
+from app.domain.plan_edits import MAX_EDITS, PlanEdit
 from app.domain.recovery_rules import Policy
 from app.domain.tender_document import Allocation
 from app.planning.alternatives import Search
@@ -41,7 +44,10 @@ class StatedFact(SymbolicFact):
 
 Holds = Annotated[
     list[StatedHold],
-    Field(max_length=100, description="places to keep empty from now on; what lies there is moved elsewhere"),
+    Field(
+        max_length=100,
+        description="places to keep empty and facts to keep true from now on; the goal brings about what is not so yet",
+    ),
 ]
 
 
@@ -162,12 +168,19 @@ class SeekAlternatives(Request):
     count: int = Field(default=4, ge=1, le=20, description="the most plans to find")
 
 
+class EditPlan(Request):
+    edits: list[PlanEdit] = Field(
+        min_length=1, max_length=MAX_EDITS, examples=[[{"action": "a4", "robot": "yard_2"}]]
+    )
+
+
 class AlternativesSearch(BaseModel):
-    """State of the search for alternatives to the proposed plan."""
+    """State of the search for alternatives to the proposed plan, or of the editing of a plan."""
 
     state: Search
     count: int
     reason: str = ""
+    edited: str | None = Field(default=None, description="the plan that is edited; null for a search")
 
 
 class GoalBody(BaseModel):
@@ -186,6 +199,11 @@ class GoalBody(BaseModel):
     )
     constraints: Constraints = Field(
         default=UNCONSTRAINED, description="all of them, of the sentence and of the request"
+    )
+    conflict: ConstraintConflict | None = Field(
+        default=None,
+        description="of a goal without a plan, the smallest set of its constraints found to stand in the way; null if "
+        "none are known to",
     )
     due: Due | None = Field(default=None, description="the deadline that the sentence states")
     readings: list[Reading] = Field(
@@ -214,7 +232,7 @@ class GoalBody(BaseModel):
 
 
 GOAL_FIELDS = tuple(GoalBody.model_fields)
-OF_TERMS = ("constraints", "due", "readings", "holds", "not_before_at_s")
+OF_TERMS = ("constraints", "conflict", "due", "readings", "holds", "not_before_at_s")
 """What a goal's recorded terms hold of its body."""
 _COLUMNS = tuple(name for name in GOAL_FIELDS if name not in OF_TERMS)
 
@@ -245,6 +263,10 @@ class CheckedIssue(BaseModel):
     detail: str
     thing: str
     choices: list[str]
+    constraints: list[str] = Field(
+        default_factory=list,
+        description="the smallest set of constraints that cannot be kept together, each in words",
+    )
     span: tuple[int, int] | None = Field(
         default=None, description="where in the sentence the thing is, start and end; or where it is missing"
     )
@@ -256,8 +278,19 @@ class CheckedHold(BaseModel):
     model_config = ConfigDict(from_attributes=True)
 
     places: list[str]
+    facts: list[HoldFact]
     until: HoldEnd
     words: str = Field(description="what it would do")
+
+
+class CheckedPreference(BaseModel):
+    """A constraint that a plan may break, and whether one can keep it at all."""
+
+    model_config = ConfigDict(from_attributes=True)
+
+    preference: str = Field(description="in words")
+    cost_s: float = Field(description="what breaking it costs, in seconds of makespan")
+    conflict: str = Field(description="why no plan can keep it; empty if one may")
 
 
 class CheckedGoal(BaseModel):
@@ -272,8 +305,9 @@ class CheckedGoal(BaseModel):
     readings: list[Reading] = Field(
         default_factory=list, description="what quantities and times of the sentence were resolved to"
     )
-    holds: list[CheckedHold] = Field(
-        default_factory=list, description="what it would keep empty, and until when"
+    holds: list[CheckedHold] = Field(default_factory=list, description="what it would keep, and until when")
+    preferences: list[CheckedPreference] = Field(
+        default_factory=list, description="what it prefers, and which of that cannot be kept"
     )
     issue: CheckedIssue | None = Field(description="null if the goal would be accepted")
     completions: list[str] = Field(description="complete sentences, the likeliest first")

@@ -10,6 +10,7 @@ from app.api.bodies import (
     CheckedGoal,
     CheckGoal,
     Decision,
+    EditPlan,
     GoalBody,
     Page,
     PlanChoice,
@@ -118,7 +119,9 @@ def goals_router(goals: GoalService, alternatives: Alternatives, plans: PlanAppr
     return router
 
 
-def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanExport) -> APIRouter:
+def plans_router(
+    plans: PlanApproval, alternatives: Alternatives, explanations: Explanations, export: PlanExport
+) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
     plan_json = PlanJson()
 
@@ -161,6 +164,12 @@ def plans_router(plans: PlanApproval, explanations: Explanations, export: PlanEx
         body = body or Approval()
         row, mission_id = plans.approve(plan_id, actor=ACTOR, comment=body.comment, delegate=body.delegate)
         return Decided(**plan_body(row).model_dump(), mission_id=mission_id)
+
+    @router.post("/plans/{plan_id}:edit", status_code=202, responses=declared(409))
+    def edit_plan(plan_id: Id, body: EditPlan) -> GoalBody:
+        """Have a proposed plan planned once more with something pinned, with as few changes as pays. Follow the goal's
+        `alternatives`: the edited plan is open to decision beside the plan, which stays as it is."""
+        return GoalBody.of(alternatives.edit(plan_id, body.edits, actor=ACTOR))
 
     @router.post("/plans/{plan_id}:reject", status_code=202, responses=declared(409))
     def reject_plan(plan_id: Id, body: Decision | None = None) -> Decided:

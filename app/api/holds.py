@@ -1,4 +1,4 @@
-"""Routes of holds: the places of a world that are kept empty, and ending that early."""
+"""Routes of holds: the places of a world that are kept empty, the facts that are kept true, and ending that early."""
 
 from typing import Literal, Self
 
@@ -9,19 +9,29 @@ from app.api.bodies import Decision, Page
 from app.api.goals import ACTOR
 from app.api.parameters import Id, Limit
 from app.api.worlds import TAGS
-from app.domain.goal_language.stated_holds import HoldEnd
+from app.domain.goal_language.kept_facts import HoldFact
+from app.domain.goal_language.stated_holds import HoldEnd, kept_words
+from app.domain.kept_record import LostFact
 from app.domain.lifecycles.hold import HoldEnding, HoldState
 from app.planning.hold_service import HoldService
 from app.store import HoldRow
-from app.store.standing_holds import end_in_words
+from app.store.standing_holds import end_in_words, facts_of
+
+OF_WORDS = ("ends", "words")
 
 
 class HoldBody(BaseModel):
-    """Places of a world that are kept empty: while the hold stands, no plan puts a sample there."""
+    """Places of a world that are kept empty and facts that are kept true.
+
+    While the hold stands, no plan puts a sample in the places, nor ends the facts.
+    """
 
     id: str
     world: str
     places: list[str]
+    facts: list[HoldFact] = Field(description="what is kept true")
+    words: str = Field(description="what it keeps, in words")
+    lost: list[LostFact] = Field(description="those of the facts that have ceased to be true")
     until: HoldEnd
     ends: str = Field(description="until when, in words")
     ends_at_s: float | None = Field(description="when its span is over, by the world's clock")
@@ -37,8 +47,9 @@ class HoldBody(BaseModel):
 
     @classmethod
     def of(cls, row: HoldRow) -> Self:
-        known = {name: getattr(row, name) for name in cls.model_fields if name != "ends"}
-        return cls.model_validate({**known, "ends": end_in_words(row)})
+        known = {name: getattr(row, name) for name in cls.model_fields if name not in OF_WORDS}
+        words = {"ends": end_in_words(row), "words": kept_words(row.places, facts_of(row))}
+        return cls.model_validate({**known, **words})
 
 
 def holds_router(holds: HoldService) -> APIRouter:

@@ -63,6 +63,10 @@ class Problem(BaseModel):
     status: int
     detail: str = Field(description="names the thing that is wrong")
     choices: list[str] | None = Field(default=None, description="what would work")
+    constraints: list[str] | None = Field(
+        default=None,
+        description="the smallest set of constraints that cannot be kept together, each in words",
+    )
     thing: str | None = Field(default=None, description="the word or name that it is about")
     span: tuple[int, int] | None = Field(
         default=None, description="where in the sentence that word is, start and end; or where it is missing"
@@ -103,6 +107,8 @@ def install(app: FastAPI) -> None:
 async def _domain(_: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, MactaError)
     about: dict[str, Any] = {"thing": error.thing} if error.thing else {}
+    if error.constraints:
+        about["constraints"] = list(error.constraints)
     if error.span is not None:
         about["span"] = list(error.span)
     status = next((STATUS[kind] for kind in type(error).__mro__ if kind in STATUS), 400)

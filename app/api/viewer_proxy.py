@@ -128,9 +128,9 @@ def is_share_request(frame: bytes) -> bool:
 
 async def _fetch(url: str, accept_encoding: str) -> Response:
     try:
-        # No proxy from the environment: the server is on loopback.
+        # The server is on loopback: no proxy from the environment, and no certificates, which take 20 ms to read.
         async with (
-            httpx2.AsyncClient(trust_env=False, timeout=CONNECT_TIMEOUT_S) as client,
+            httpx2.AsyncClient(trust_env=False, verify=False, timeout=CONNECT_TIMEOUT_S) as client,
             client.stream("GET", url, headers={"accept-encoding": accept_encoding}) as answer,
         ):
             content = b"".join([chunk async for chunk in answer.aiter_raw()])

@@ -64,7 +64,12 @@ def demo(
     console.print(f"Goal: [bold]{escape(text)}[/]\n")
     knowledge_base = packs.knowledge_base()
     stated = read_goals(world, initial_facts(world, knowledge_base), [text], knowledge_base, packs.verbs())
-    show_terms(console, stated.readings, stated.constraints.words, stated.holds)
+    show_terms(
+        console,
+        stated.readings,
+        stated.constraints,
+        stated.holds,
+    )
     if stated.nothing_to_do:
         console.print(f"{escape(stated.nothing_to_do)}.")
         return 0

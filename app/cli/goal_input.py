@@ -17,8 +17,7 @@ from app.domain.goal_language.constraints import (
     check_constraints,
 )
 from app.domain.goal_language.grammar import Clarification, Understood, understand
-from app.domain.goal_language.hold_checks import check_holds, emptying_goals
-from app.domain.goal_language.roles import with_players
+from app.domain.goal_language.hold_checks import check_holds, goals_of_holds
 from app.domain.goal_language.stated_holds import HoldPreview, StatedHold, kept_by
 from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.times import Due
@@ -37,8 +36,8 @@ FACT = re.compile(r"^\s*\w+\s*\(")
 class StatedGoals:
     """What the sentences and facts of a command line ask for; goals name berths, not locations that have several.
 
-    :param constraints: with the places that the holds keep empty.
-    :param holds: what a service would keep empty for other goals, too.
+    :param constraints: with what the holds keep, as far as no goal brings it about.
+    :param holds: what a service would keep for other goals, too.
     """
 
     goals: Sequence[SymbolicFact]
@@ -52,7 +51,9 @@ class StatedGoals:
         """Why there is nothing to plan, in words; empty if there is."""
         if self.goals or not self.holds:
             return ""
-        return f"nothing to carry out: the places are empty; a service {' and '.join(h.words for h in self.holds)}"
+        return (
+            f"nothing to carry out: all is so already; a service {' and '.join(h.words for h in self.holds)}"
+        )
 
 
 def parse_goals(
@@ -104,15 +105,14 @@ def read_goals(
             issue.detail,
             code=issue.code,
             choices=issue.choices,
+            constraints=issue.constraints,
             thing=issue.thing,
             span=span_of(sentences[0], issue.thing) if len(sentences) == 1 else None,
         )
-    applied = constraints.in_world(world)
-    of_robots, staged = with_players(goals, constraints.stages, world)
-    _, worth_of_robots = with_players(goals, constraints.worth, world)
-    constraints = constraints.model_copy(update={"stages": staged, "worth": worth_of_robots})
+    of_robots, constraints = constraints.of_goals(goals, world)
+    constraints = constraints.without_achieved(of_robots, world)
     return StatedGoals(
-        goals=assign_berths(of_robots, world, facts, avoid=applied.avoided | applied.kept_empty),
+        goals=assign_berths(of_robots, world, facts, avoid=constraints.kept_off(world)),
         constraints=constraints,
         due=dues[0] if dues else None,
         readings=[*(reading for one in stated for reading in one.readings), *emptied],
@@ -172,8 +172,8 @@ def _emptying(
     facts: Facts,
     constraints: Constraints,
 ) -> tuple[Sequence[SymbolicFact], Sequence[Reading]]:
-    """The goals that empty what is to be held, and how they were chosen."""
-    found = emptying_goals(holds, goals, world, facts, within=constraints)
+    """The goals that make true what is to be held, and how they were chosen."""
+    found = goals_of_holds(holds, goals, world, facts, within=constraints)
     if isinstance(found, Clarification):
         raise found.refusal()
     return found

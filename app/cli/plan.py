@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +18,7 @@ from app.cli.start_progress import StartProgress
 from app.cli.trials.offline_mission import goal_problem
 from app.domain.errors import Invalid
 from app.domain.explanation_document import ExplanationBody
+from app.domain.goal_language.constraints import Constraints
 from app.domain.goal_language.verbs import Verbs
 from app.domain.plan_document import ForecastBody, PlanBody
 from app.domain.world_model import initial_facts
@@ -33,13 +34,13 @@ from planner import (
     PlanningResult,
     warm_up,
 )
-from planner.alternatives import alternatives
+from planner.alternatives import alternatives, with_choices_of
 from planner.errors import UnknownEngine, Unsupported
-from planner.explanation import explain
+from planner.explanation import UNCONSTRAINED, explain
 from planner.interchange.foreign import ReadProblem, import_problem
 from planner.interchange.pddl import Form, pddl_of
 from planner.plan_nets.completion import forecast
-from planner.problem.optional_goals import with_goals_of
+from planner.problem.choices import as_chosen_by, without_each_preference
 from robots.compilation import compile_once, is_compiled, uncompiled
 from robots.world import WorldFile
 
@@ -87,13 +88,17 @@ class ExtrasRequest:
         request: PlanningRequest,
         observer: Observer,
         result: PlanningResult,
+        without: Mapping[str, PlanningProblem] = UNCONSTRAINED,
     ) -> PlanExtras:
-        """Find the extras of a solution; none if the result has no plan."""
+        """Find the extras of a solution; none if the result has no plan.
+
+        :param without: by constraint, in words, the problem without that one.
+        """
         if result.plan_net is None:
             return PlanExtras()
         others = None
         explained = None
-        of_plan = with_goals_of(result.plan_net, problem)
+        of_plan = as_chosen_by(result.plan_net, problem)
         if self.alternatives:
             found = alternatives(
                 engine,
@@ -106,7 +111,7 @@ class ExtrasRequest:
             )
             others = tuple(
                 PlanBody.of_result(
-                    one.result,
+                    with_choices_of(result, one.result, problem.preferences),
                     knowledge_base,
                     label=one.label,
                     comparison=one.words,
@@ -115,7 +120,11 @@ class ExtrasRequest:
                 for one in found
             )
         if self.explanation:
-            why = explain(result.plan_net, of_plan, knowledge_base, engine, request, observer)
+            without = {words: as_chosen_by(result.plan_net, one) for words, one in without.items()}
+            without |= dict(without_each_preference(result.plan_net, problem))
+            why = explain(
+                result.plan_net, of_plan, knowledge_base, engine, request, observer, without=without
+            )
             explained = ExplanationBody.of(why, knowledge_base)
         return PlanExtras(alternatives=others, explanation=explained)
 
@@ -151,10 +160,9 @@ def plan(
     :raises Invalid: if a goal is malformed or impossible (with `as_json` also printed), or the engine does not
         exist.
     """
+    facts = initial_facts(world, knowledge_base)
     try:
-        stated = read_goals(
-            world, initial_facts(world, knowledge_base), sentences, knowledge_base, verbs, optional
-        )
+        stated = read_goals(world, facts, sentences, knowledge_base, verbs, optional)
         if stated.due is not None and deadline_s is not None:
             raise Invalid("a goal states a deadline, and so does --deadline; say one", code="two-deadlines")
     except Invalid as refusal:
@@ -165,6 +173,7 @@ def plan(
                     "code": refusal.code,
                     "detail": refusal.detail,
                     "choices": refusal.choices,
+                    "constraints": refusal.constraints,
                     "thing": refusal.thing,
                     "span": refusal.span,
                 }
@@ -174,31 +183,40 @@ def plan(
         if as_json:
             _print({"status": "nothing_to_do", "holds": [hold.words for hold in stated.holds]})
         else:
-            show_terms(Console(stderr=True, highlight=False), stated.readings, ())
+            show_terms(Console(stderr=True, highlight=False), stated.readings)
             Console(highlight=False).print(escape(_sentence(stated.nothing_to_do)))
         return 0
-    problem = goal_problem(
-        world,
-        initial_facts(world, knowledge_base),
-        stated.goals,
-        knowledge_base,
-        stated.constraints,
-        perceives,
-    )
     if stated.due is not None:
         deadline_s = stated.due.in_s
+
+    def constrained(constraints: Constraints) -> PlanningProblem:
+        problem = goal_problem(world, facts, stated.goals, knowledge_base, constraints, perceives)
+        if deadline_s is not None:
+            problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
+        if not_before_s is not None:
+            problem = replace(problem, not_before_s=dict.fromkeys(problem.goals, not_before_s))
+        return problem
+
+    problem = constrained(stated.constraints)
     if not as_json:
         show_terms(
-            Console(stderr=True, highlight=False), stated.readings, stated.constraints.words, stated.holds
+            Console(stderr=True, highlight=False),
+            stated.readings,
+            stated.constraints,
+            stated.holds,
         )
-    if deadline_s is not None:
-        problem = replace(problem, deadlines_s=dict.fromkeys(problem.goals, deadline_s))
-    if not_before_s is not None:
-        problem = replace(problem, not_before_s=dict.fromkeys(problem.goals, not_before_s))
     if pddl is not None:
         _write_pddl(pddl, knowledge_base, problem)
+    others = stated.constraints.without_each() if extras.explanation else {}
     return _plan(
-        engine_name, problem, request, knowledge_base, as_json=as_json, extras=extras, world=world.name
+        engine_name,
+        problem,
+        request,
+        knowledge_base,
+        as_json=as_json,
+        extras=extras,
+        world=world.name,
+        without={words: constrained(rest) for words, rest in others.items()},
     )
 
 
@@ -225,6 +243,7 @@ def plan_pddl(
         as_json=as_json,
         extras=extras,
         world=problem.stem,
+        is_foreign=True,
     )
 
 
@@ -237,6 +256,8 @@ def _plan(
     as_json: bool,
     extras: ExtrasRequest,
     world: str,
+    without: Mapping[str, PlanningProblem] = UNCONSTRAINED,
+    is_foreign: bool = False,
 ) -> int:
     errors = Console(stderr=True, highlight=False)
     is_compiled_now = is_compiled(PLANNER) or is_large(goals=len(problem.goals), effort_s=request.effort_s)
@@ -247,10 +268,10 @@ def _plan(
         nullcontext() if is_compiled_now else uncompiled(),
         ProgressLine(errors, is_shown=errors.is_terminal and not as_json) as progress,
     ):
-        engine = _engine(engine_name, knowledge_base)
+        engine = _engine(engine_name, knowledge_base, is_foreign=is_foreign)
         warm_up(engine)
         result = engine.plan(problem, request, progress)
-        found = extras.find(engine, knowledge_base, problem, request, progress, result)
+        found = extras.find(engine, knowledge_base, problem, request, progress, result, without)
     if result.plan_net is None:
         if as_json:
             _print(_without_plan(result))
@@ -301,10 +322,13 @@ def _read_pddl(domain: Path, problem: Path, agents: list[str]) -> ReadProblem:
         raise Invalid(f"{domain}, {problem}: {error}") from error
 
 
-def _engine(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
+def _engine(name: str, knowledge_base: KnowledgeBase, *, is_foreign: bool) -> PlanningEngine:
     # NOTE: imported here: the import decides whether the planner is compiled.
-    from planner.engines.registry import engine_named
+    from planner.engines.portfolio import Portfolio
+    from planner.engines.registry import engine_named, improving_portfolio
 
+    if is_foreign and name == Portfolio.name:
+        return improving_portfolio(knowledge_base)
     try:
         return engine_named(name, knowledge_base)
     except UnknownEngine as error:

@@ -9,9 +9,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
+from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.stated_holds import HoldPreview
 from app.domain.goal_language.terms import Reading
-from app.domain.plan_document import ActionBody, ForecastBody, PlanBody, RepairsBody
+from app.domain.plan_document import ActionBody, ForecastBody, PlanBody, PreferencesBody, RepairsBody
 from app.domain.tender_document import TenderBody
 
 EQUAL_S = 0.05
@@ -26,14 +27,14 @@ MAX_FORECASTS = 8
 def show_terms(
     console: Console,
     readings: Sequence[Reading],
-    constraints: Sequence[str],
+    constraints: Constraints = UNCONSTRAINED,
     holds: Sequence[HoldPreview] = (),
 ) -> None:
     """Show how quantities and times of sentences were resolved, the constraints on the plan, and the holds."""
     for reading in readings:
         console.print(f"[bold]{escape(reading.said)}[/]: {escape(', '.join(reading.means))}")
-    if constraints:
-        console.print(f"[bold]Constraints[/]: {escape('; '.join(constraints))}")
+    if words := (*constraints.words, *constraints.preference_words):
+        console.print(f"[bold]Constraints[/]: {escape('; '.join(words))}")
     if holds:
         console.print(f"[bold]A service[/] {escape('; '.join(hold.words for hold in holds))}")
 
@@ -61,6 +62,9 @@ def show_plan(console: Console, plan: PlanBody) -> None:
         )
     if plan.value is not None:
         console.print(f"Optional goals achieved are worth {plan.value:g}{_value_gap(plan)}")
+    if plan.preferences is not None:
+        for line in _preferences(plan.preferences, plan.makespan_s):
+            console.print(line)
     if plan.forecast is not None:
         for line in _forecast(plan.forecast):
             console.print(line)
@@ -73,6 +77,19 @@ def _value_gap(plan: PlanBody) -> str:
     if plan.value is None or plan.value_bound is None or plan.value_bound <= plan.value:
         return " (no choice is worth more)"
     return f" (none is worth more than {plan.value_bound:g})"
+
+
+def _preferences(preferences: PreferencesBody, makespan_s: float) -> Iterator[str]:
+    """Which preferences are kept, and why the others are not."""
+    for one in preferences.outcomes:
+        if one.kept:
+            yield f"[bold]Kept[/]: {escape(one.preference)}"
+        else:
+            yield f"[bold]Not kept[/], at a cost of {one.cost_s:g} s: {escape(f'{one.preference}: {one.reason}')}"
+    total = f"Makespan and costs are {makespan_s + preferences.cost_s:.0f} s together"
+    yield f"{total} (proven: of no plan below {preferences.bound_s:.0f} s)" if preferences.bound_s else total
+    if preferences.cut_short:
+        yield "[bold]Cut short[/]: not every promising choice of preferences was tried; --time-limit gives more time"
 
 
 def _forecast(likely: ForecastBody) -> Iterator[str]:
@@ -154,7 +171,7 @@ def show_alternatives(console: Console, plans: Sequence[PlanBody]) -> None:
 
 
 def show_explanation(console: Console, plan: PlanBody, explanation: ExplanationBody) -> None:
-    """Show the reasons for each action, the critical path, the longest waits, and the cost of omitting each robot."""
+    """Show the reasons for each action, the critical path, the longest waits, and what constraints and robots cost."""
     console.print("[bold]Why[/]")
     for action, why in zip(plan.actions, explanation.actions, strict=True):
         console.print(f"[bold]{action.id}[/] {escape(action.description)}")
@@ -165,6 +182,8 @@ def show_explanation(console: Console, plan: PlanBody, explanation: ExplanationB
         console.print(f"  {escape(words)}")
     for wait in explanation.waits[:MAX_WAITS]:
         console.print(f"  {escape(wait.words)}")
+    for cost in explanation.constraints:
+        console.print(f"[bold]{escape(cost.constraint)}[/]: {escape(cost.words)}")
     for robot, words in explanation.robots.items():
         console.print(f"[bold]{robot}[/]: {escape(words)}")
     console.print()

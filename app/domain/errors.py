@@ -9,6 +9,7 @@ class MactaError(Exception):
     :param detail: for people.
     :param code: stable, for programs.
     :param choices: values that would have been accepted.
+    :param constraints: those that cannot be kept together, in words.
     :param thing: the word or name that it is about.
     :param span: start and end of that word in a sentence.
     """
@@ -23,6 +24,7 @@ class MactaError(Exception):
         *,
         code: str | None = None,
         choices: Sequence[str] = (),
+        constraints: Sequence[str] = (),
         thing: str = "",
         span: tuple[int, int] | None = None,
     ) -> None:
@@ -30,6 +32,7 @@ class MactaError(Exception):
         self.detail = detail
         self.code = code or type(self).code
         self.choices = tuple(choices)
+        self.constraints = tuple(constraints)
         self.thing = thing
         self.span = span
 

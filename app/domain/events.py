@@ -159,10 +159,11 @@ class GoalFinished(GoalEvent, type="goal.finished"):
 
 
 class GoalAlternativesSought(GoalEvent, type="goal.alternatives_sought"):
-    """An operator has asked for up to `count` plans to choose from."""
+    """An operator has asked for up to `count` plans to choose from, or for `edited`, a plan, with something pinned."""
 
     actor: str
     count: int
+    edited: str | None = None
     state: GoalState = GoalState.PLANNED
 
 
@@ -676,25 +677,52 @@ class LateReport(Event, type="world.late_report"):
 
 
 class HoldBegan(Event, type="hold.began"):
-    """Places of the world are kept empty from now on, `until` in words; `goal` is the one that states it."""
+    """Places of the world are kept empty and `facts` true from now on, `until` in words; `goal` is the one that states
+    it.
+    """
 
     world: str
     places: tuple[str, ...]
+    facts: tuple[str, ...] = ()
     until: str
     goal: str
     actor: str
 
 
 class HoldEnded(Event, type="hold.ended"):
-    """The hold's places may be used again; `why`: time, mission, goal, fact, operator (then `actor`), new_run or
-    world_removed (then also `actor`).
+    """The hold's places and what its `facts` name may be used again; `why`: time, mission, goal, fact, operator (then
+    `actor`), new_run or world_removed (then also `actor`).
     """
 
     world: str
     places: tuple[str, ...]
+    facts: tuple[str, ...] = ()
     why: HoldEnding
     actor: str | None = None
     comment: str = ""
+
+
+class HoldFactLost(Event, type="hold.fact_lost"):
+    """A fact that the hold keeps has ceased to be true; `now`: what is believed instead, in words."""
+
+    world: str
+    fact: str
+    now: str
+
+
+class HoldFactRestored(Event, type="hold.fact_restored"):
+    """A fact that the hold keeps, and that had ceased to be true, is true again."""
+
+    world: str
+    fact: str
+
+
+class HoldRestoring(Event, type="hold.restoring"):
+    """A goal that brings lost facts about again was submitted (`goal`), or could not be (`reason`)."""
+
+    world: str
+    goal: str | None
+    reason: str
 
 
 class RobotAnnounced(Event, type="robot.announced"):

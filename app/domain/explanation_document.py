@@ -57,11 +57,23 @@ class WaitBody(ExplanationPart):
     words: str
 
 
+class ConstraintCostBody(ExplanationPart):
+    """What a constraint costs a plan that keeps it."""
+
+    constraint: str = Field(description="in words")
+    at_least_s: float = Field(description="by so much the shortest plan that was found without it is shorter")
+    at_most_s: float | None = Field(description="by more no plan without it is shorter; null: not known")
+    words: str
+
+
 class ExplanationBody(ExplanationPart):
     """Why a plan-net is as it is."""
 
     plan_id: str = ""
     actions: tuple[ActionExplanationBody, ...]
+    constraints: tuple[ConstraintCostBody, ...] = Field(
+        default=(), description="what each constraint costs; those that no time was left for are missing"
+    )
     robots: dict[str, str] = Field(description="by robot, the cost of planning without it, in words")
     makespan: tuple[str, ...] = Field(description="the critical path in words")
     waits: tuple[WaitBody, ...] = Field(description="where robots wait for others, the longest first")
@@ -71,6 +83,10 @@ class ExplanationBody(ExplanationPart):
         return cls(
             plan_id=plan_id,
             actions=tuple(ActionExplanationBody.of(one, knowledge_base) for one in explanation.actions),
+            constraints=tuple(
+                ConstraintCostBody(**{name: getattr(cost, name) for name in ConstraintCostBody.model_fields})
+                for cost in explanation.constraints
+            ),
             robots=dict(explanation.robots),
             makespan=explanation.makespan,
             waits=tuple(

@@ -7,6 +7,7 @@ from typing import Any, Self
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.lifecycles.plan import PlanState
+from app.domain.plan_edits import GoalPin
 from app.domain.tender_document import TenderBody
 from app.domain.world_model.senses import why_cleared
 from app.domain.world_model.vocabulary import planner_fact, symbolic, symbolic_all, types_in
@@ -24,6 +25,8 @@ from planner import (
     PlanNet,
     PlanNetAction,
     PlanningResult,
+    PreferenceChoice,
+    PreferenceOutcome,
 )
 from planner.plan_nets.forecast import PROBABILITIES
 from planner.repair import Course
@@ -61,6 +64,10 @@ class ActionBody(PlanPart):
     )
     phase: int = Field(default=0, description="which phase of the action it is, counted from 1; 0: all of it")
     phases: int = Field(default=0, description="how many phases the action has")
+    level: float | None = Field(
+        default=None,
+        description="of an action that is there for a number, such as a battery: what that is to be at its end",
+    )
     description: str
 
 
@@ -101,6 +108,71 @@ class LeftOutBody(PlanPart):
     goal: SymbolicFact
     value: float = Field(description="what it is worth")
     reason: str = Field(description="why it is left out")
+
+
+class PreferenceBody(PlanPart):
+    """A preference, and whether the plan keeps it."""
+
+    preference: str = Field(description="the constraint, in words")
+    cost_s: float = Field(description="what breaking it costs, in seconds of makespan")
+    kept: bool
+    reason: str = Field(default="", description="why it is broken; empty if it is kept")
+    longer_s: float | None = Field(
+        default=None,
+        description="of a broken one: by so much longer is the shortest plan found that keeps it beside those kept; "
+        "null if none was found",
+    )
+    longer_at_least_s: float = Field(
+        default=0.0, description="of a broken one: proven, every such plan is longer by so much at least"
+    )
+
+
+class PreferencesBody(PlanPart):
+    """Which preferences the plan keeps: by the smallest sum of makespan and costs of broken ones."""
+
+    outcomes: tuple[PreferenceBody, ...]
+    cost_s: float = Field(description="of the broken ones together")
+    bound_s: float = Field(description="proven: no plan has a smaller sum of makespan and costs")
+    cut_short: bool = Field(
+        description="not every promising combination was tried: there may be a cheaper one"
+    )
+
+    @classmethod
+    def of(cls, choice: PreferenceChoice) -> Self:
+        return cls(
+            outcomes=tuple(
+                PreferenceBody(
+                    preference=one.words,
+                    cost_s=one.cost_s,
+                    kept=one.is_kept,
+                    reason=one.reason,
+                    longer_s=one.longer_s,
+                    longer_at_least_s=one.longer_at_least_s,
+                )
+                for one in choice.outcomes
+            ),
+            cost_s=choice.cost_s,
+            bound_s=choice.bound_s,
+            cut_short=choice.is_cut_short,
+        )
+
+    def to_choice(self) -> PreferenceChoice:
+        """The choice that this body was made from."""
+        return PreferenceChoice(
+            outcomes=tuple(
+                PreferenceOutcome(
+                    words=one.preference,
+                    cost_s=one.cost_s,
+                    is_kept=one.kept,
+                    reason=one.reason,
+                    longer_s=one.longer_s,
+                    longer_at_least_s=one.longer_at_least_s,
+                )
+                for one in self.outcomes
+            ),
+            bound_s=self.bound_s,
+            is_cut_short=self.cut_short,
+        )
 
 
 class GoalForecastBody(PlanPart):
@@ -238,6 +310,9 @@ class PlanBody(PlanPart):
     left_out: tuple[LeftOutBody, ...] = Field(
         default=(), description="optional goals that it does not achieve, most worth first"
     )
+    preferences: PreferencesBody | None = Field(
+        default=None, description="which constraints that are only preferred it keeps; null without any"
+    )
     forecast: ForecastBody | None = Field(
         default=None, description="null for plans that earlier versions have recorded"
     )
@@ -248,7 +323,12 @@ class PlanBody(PlanPart):
     )
     label: str = Field(default="", description="what it is best at among the goal's alternatives")
     comparison: str = Field(default="", description="what it costs and saves against the shortest of them")
-    repairs: RepairsBody | None = Field(default=None, description="set if it replaces a stale plan")
+    repairs: RepairsBody | None = Field(
+        default=None, description="set if it replaces a stale plan, or is one that an operator has edited"
+    )
+    edits: tuple[GoalPin, ...] = Field(
+        default=(), description="what operators have pinned of it; later repairs keep to it where they can"
+    )
     tender: TenderBody | None = Field(
         default=None, description="who bid what for its legs and is awarded them; null without a contract net"
     )
@@ -327,6 +407,7 @@ class PlanBody(PlanPart):
             value=result.value,
             value_bound=result.value_bound,
             left_out=left_out,
+            preferences=None if result.preferences is None else PreferencesBody.of(result.preferences),
             objects=types_in(named, knowledge_base),
             **particulars,
         )

@@ -34,7 +34,9 @@ def why_not_now(
     """
     busy = _busy(session, report, dialogue)
     taken = _taken(session, core, world, packets)
-    return next(chain(_unfit(report), busy, taken, _held(session, world, filled)), "")
+    return next(
+        chain(_unfit(report), busy, taken, _held(session, world, report.view.name, packets, filled)), ""
+    )
 
 
 def _unfit(report: RobotReport) -> Iterator[str]:
@@ -83,8 +85,22 @@ def _taken(
             yield f"mission {mission.mission_id} needs {joined(shared, last='and')}"
 
 
-def _held(session: Session, world: WorldFile, filled: Collection[str]) -> Iterator[str]:
-    """The holds that keep a place empty into which something would be put."""
+def _held(
+    session: Session,
+    world: WorldFile,
+    robot: str,
+    packets: Sequence[BehaviourPacket],
+    filled: Collection[str],
+) -> Iterator[str]:
+    """The holds that keep a place empty into which something would be put, or the robot or a sample where it is."""
+    named = (
+        {robot, *(value for packet in packets for value in packet.arguments.values())} if packets else set()
+    )
     for hold in standing_holds(session, world.name):
-        if shared := sorted(hold.places.intersection(filled)):
+        kept = hold.required_of((), world)
+        if shared := sorted(kept.kept_empty.intersection(filled)):
             yield f"{joined(shared, last='and')} is kept empty: {hold.words}"
+        if shared := sorted((kept.excluded | kept.kept_samples) & named):
+            yield f"{joined(shared, last='and')} is kept where it is: {hold.words}"
+        if shared := sorted(kept.kept_for.intersection(filled)):
+            yield f"{joined(shared, last='and')} is kept for another sample: {hold.words}"

@@ -81,10 +81,12 @@ class MissionLife:
         waiting: WaitingGoals,
         silent_in_s: Callable[[str], float],
         tenders: Tenders | None = None,
+        stands: Callable[[str], bool] = lambda world: False,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param patience_s: wall-clock seconds a robot may take to answer before it counts as silent.
+        :param stands: whether a world stands at a breakpoint now; its robots answer nothing meanwhile.
         :param tenders: None: robots do not bid for goals.
         :param silent_in_s: least world seconds until a robot's silence is longer than its radio explains.
         """
@@ -97,6 +99,7 @@ class MissionLife:
         self._waiting = waiting
         self._times = times
         self._patience_s = patience_s
+        self._stands = stands
         self._clock = clock
 
     def run(self, mission_id: str) -> None:
@@ -138,6 +141,8 @@ class MissionLife:
             current = [script for script in scripts if script.plan_id == mission.plan_id]
             renew_clearances(session, self._events, mission, current, now_s=now_s)
             until_s = next_time_s(current)
+            if mission.asked_at is not None and self._stands(mission.world):
+                self._note_asked(mission)  # they have the time to answer once their world goes on
             view = self._views.of(session, mission, scripts, now_s=now_s, monotonic_s=monotonic_s)
             verdict = review(view, patience_s=times.patience_s(self._patience_s))
             if verdict.state.ended:
@@ -174,8 +179,7 @@ class MissionLife:
             if script.robot in verdict.ask:
                 ask(script, f"{script.id}:status:{now_s:.3f}")
         if verdict.ask or verdict.cancel:
-            mission.asked_at = self._clock.epoch_s()
-            self._views.note_asked(mission, self._clock.monotonic_s())
+            self._note_asked(mission)
         if verdict.enquire_at_s is not None:
             mission.asked_at = None
             mission.enquire_at_s = verdict.enquire_at_s
@@ -183,6 +187,11 @@ class MissionLife:
                 estimate_s = verdict.enquire_at_s - mission.started_at_s - mission.margin_s
                 mission.estimate_s = max(estimate_s, mission.original_estimate_s)
         self._assess(session, mission, verdict)
+
+    def _note_asked(self, mission: MissionRow) -> None:
+        """The mission's robots are asked now."""
+        mission.asked_at = self._clock.epoch_s()
+        self._views.note_asked(mission, self._clock.monotonic_s())
 
     def _assess(self, session: Session, mission: MissionRow, verdict: Verdict) -> None:
         """Record the monitor's assessment, with events for what is new."""

@@ -25,6 +25,7 @@ from app.missions.contradictions import parts_of
 from app.missions.delegation import DONE_BY, granted_to
 from app.missions.rivals import Rivals
 from app.store import ScriptRow
+from planner import PlanNet
 from robots.clock import Clock
 from robots.wire import (
     DelegationReport,
@@ -151,7 +152,7 @@ class Plausibility:
         now_s: float,
         lag_s: float,
     ) -> str:
-        work = _work(script)
+        work = _work(script, self._plan_nets.of(session, script.plan_id))
         presence = self._presence(script.robot)
         doubt = doubt_of_finish(work, packet, at_s, now_s=now_s, lag_s=lag_s)
         if doubt or presence is None:
@@ -226,13 +227,17 @@ def _is_done_by_another(report: Report, script: ScriptRow | None) -> bool:
     return last in granted_to(script, report.done_by) or DONE_BY in script.packets.get(last, {})
 
 
-def _work(script: ScriptRow) -> Work:
+def _work(script: ScriptRow, net: PlanNet) -> Work:
+    """NOTE: what lasts as long as a number needs is over at once if the number is there already."""
     packets = script.body["packets"]
+    as_needed = {action.id for action in net.actions if action.level is not None}
     return Work(
         script_id=script.id,
         ids=[packet["id"] for packet in packets],
         tags=[packet["tag"] for packet in packets],
-        expected_s=[packet["expected_duration_s"] for packet in packets],
+        expected_s=[
+            0.0 if packet["id"] in as_needed else packet["expected_duration_s"] for packet in packets
+        ],
         known=script.packets,
         given_at_s=script.given_at_s,
     )

@@ -142,11 +142,14 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         recruits: Mapping[Fact, frozenset[str]] = {}
         if tender is not None and self._tenders is not None:
             recruits = self._tenders.recruits(tender, mission.world, built)
-        facts = without.remove_from(built.problem.facts)
+        edits = PlanBody.model_validate(session.get_one(PlanRow, mission.plan_id).body).edits
+        built = self._problems.pinned(
+            replace(built, problem=replace(built.problem, recruits=recruits)), edits
+        )
         work = RepairWork(
             knowledge_base=self._knowledge_base,
             plan_net=net,
-            problem=replace(built.problem, facts=facts, recruits=recruits),
+            problem=replace(built.problem, facts=without.remove_from(built.problem.facts)),
             request=request,
             progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
         )
@@ -154,7 +157,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             problem=built,
             work=work,
             time_limit_s=request.time_limit_s,
-            replaces=ReplacedPlan(plan_id=mission.plan_id, plan_net=net),
+            replaces=ReplacedPlan(plan_id=mission.plan_id, plan_net=net, edits=edits),
             is_under_way=True,
             left_out=without,
             tender=tender,
@@ -194,7 +197,9 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         tender, net = task.tender, solution.result.plan_net
         if tender is not None and net is not None and self._tenders is not None:
             tender = self._tenders.planned(tender, net, task.problem)
-        plan = self._proposals.propose(session, goal, solution, task.problem, repairs, tender=tender)
+        plan = self._proposals.propose(
+            session, goal, solution, task.problem, repairs, tender=tender, edits=task.replaces.edits
+        )
         # NOTE: the operator has decided already if the old plan does not use what is left out.
         measure = measure_of(repair.course, without=task.left_out.concerns(task.replaces.plan_net))
         words = repair.difference.words if repair.difference else ()

@@ -25,7 +25,7 @@ from app.domain.events import (
     ScriptStatus,
     SpeechHeard,
 )
-from app.domain.lifecycles.mission import MissionState, begin_work, has_ended, is_paused
+from app.domain.lifecycles.mission import MissionState, begin_work, has_ended
 from app.domain.lifecycles.script import (
     TERMINAL_SCRIPTS,
     Delivery,
@@ -38,7 +38,6 @@ from app.domain.lifecycles.script import (
     has_terminated,
     hear,
     note_answer,
-    order,
     order_label,
     refuse,
     reissue_if_diverged,
@@ -322,8 +321,9 @@ class MissionReports:
         script = subject.script
         if refusal is None:
             acknowledge(script)
-            if is_paused(subject.mission):  # the script was on its way when the operator paused the mission
-                order(script, ControlVerb.PAUSE)
+            reissue_if_diverged(
+                script, subject.mission
+            )  # it may have been on its way when the mission was paused
             self._events.append(session, ScriptAcknowledged(subject=script.id, robot=script.robot, reason=""))
         else:
             refuse(script, refusal)

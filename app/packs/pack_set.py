@@ -149,9 +149,9 @@ class Packs:
         """:raises PackError: naming the file, the line and the slot of what is wrong with it."""
         if not self.libraries:
             raise PackError(f"no behaviours library is in the packs {self.names}; most packs need `store`")
+        repertoire = self.repertoire()
+        tags = (*repertoire.tags, *repertoire.basic_tags, *PERIPHERAL_TAGS)
         try:
-            return load_library(
-                self.knowledge_base(), *self.libraries, tags=(*self.repertoire().tags, *PERIPHERAL_TAGS)
-            )
+            return load_library(self.knowledge_base(), *self.libraries, tags=tags)
         except LibraryError as error:
             raise PackError(error.detail) from error

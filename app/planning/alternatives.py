@@ -1,6 +1,8 @@
-"""Alternatives to a goal's proposed plan: found by a durable workflow, any of them may be approved."""
+"""Alternatives to a goal's proposed plan, and plans that operators edit: a durable workflow makes them, and any of them
+may be approved."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import replace
 from enum import StrEnum
 
 from sqlalchemy.orm import Session
@@ -18,20 +20,25 @@ from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.planning.job import PlanningJob, PlanningTask
+from app.domain.plan_edits import GoalPin, Pins, PlanEdit, pins_of, together, words_of
+from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.waiting_line import Priority
-from app.planning.pool.work import AlternativesWork, Solutions, WorkResult
+from app.planning.pool.work import AlternativesWork, EditWork, Solution, Solutions, WorkResult
 from app.planning.problem_builder import GoalProblem, ProblemBuilder
-from app.planning.proposals import Proposals, open_plans
+from app.planning.proposals import Proposals, open_plans, plan_row
 from app.planning.queueing import PlanningQueues
 from app.store import GoalRow, PlanRow
 from app.store.records import lock_goal
 from app.workflows import FIND_ALTERNATIVES
-from planner import PlanningResult, PlanningStatus
-from planner.problem.optional_goals import with_goals_of
+from planner import PlanningRequest, PlanningResult, PlanningStatus
+from planner.problem.choices import as_chosen_by, with_goals_of
+from robots.clock import Clock
+from robots.world import WorldFile
 
+EDIT_LIMIT_S = 10.0
+"""Longest planning of an edited plan: an operator waits for it."""
 FIRST = "proposed first"
 """The label of the proposed plan if it is best at nothing among the alternatives."""
 
@@ -50,7 +57,19 @@ class Search(StrEnum):
 class Alternatives:
     """Starts the search for alternatives to a proposed plan, and reads a goal's plans for comparison."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(
+        self,
+        core: Core,
+        *,
+        problems: ProblemBuilder,
+        worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
+    ) -> None:
+        """:param worlds: their newest editions by name; likewise the clocks."""
+        self._problems = problems
+        self._knowledge_base = core.knowledge_base
+        self._worlds = worlds
+        self._clocks = clocks
         self._database = core.database
         self._events = core.events
         self._queues = PlanningQueues(core.workflows)
@@ -79,6 +98,58 @@ class Alternatives:
                 )
             return goal
 
+    def edit(self, plan_id: str, edits: Sequence[PlanEdit], *, actor: str) -> GoalRow:
+        """Have a proposed plan planned once more with something pinned; it stays open to decision beside the new one.
+
+        What is pinned of it already stays pinned.
+
+        :raises Conflict: if the plan is no longer open, its conditions no longer hold, or alternatives are being found.
+        :raises Invalid: if an edit cannot be meant of this plan.
+        """
+        with self._database.write() as session:
+            plan = plan_row(session, plan_id)
+            goal = lock_goal(session, plan.goal_id)
+            session.refresh(plan)
+            if plan.state != PlanState.PROPOSED or goal.state != GoalState.PLANNED:
+                raise Conflict(
+                    f"plan {plan.id} is {plan.state} and its goal {goal.state}; only a plan that waits for a decision "
+                    "can be edited",
+                    code="no-open-plan",
+                )
+            if _is_searched(goal):
+                raise Conflict(
+                    f"alternatives to the plan of {goal.id} are being found; edit it once they are there",
+                    code="alternatives-sought",
+                )
+            current = self._problems.current(session, plan, with_preferences=True)
+            if not current.is_current:
+                raise Conflict(
+                    f"the world has changed since {plan.id} was made; approve it to have it repaired, then edit that",
+                    code="plan-stale",
+                )
+            pins = pins_of(
+                edits,
+                current.plan_net,
+                current.problem,
+                self._knowledge_base,
+                world=self._worlds[plan.world],
+                now_s=self._clocks[plan.world].now_s(),
+            )
+            pins = together((*PlanBody.model_validate(plan.body).edits, *pins))
+            goal.alternatives = {
+                "state": Search.SEEKING.value,
+                "count": 1,
+                "reason": "",
+                "edited": plan.id,
+                "pins": [pin.model_dump(mode="json") for pin in pins],
+            }
+            goal.stop_requested = False
+            self._events.append(
+                session, GoalAlternativesSought(subject=goal.id, actor=actor, count=1, edited=plan.id)
+            )
+            self._queues.put(session, goal, Priority.ALTERNATIVES, FIND_ALTERNATIVES, new_id("edit"), goal.id)
+            return goal
+
     def plans(self, goal_id: str) -> Sequence[PlanRow]:
         """The goal's plans that are open to decision, shortest first; without one, the plan decided on."""
         with self._database.read() as session:
@@ -92,7 +163,7 @@ class Alternatives:
 
 
 class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
-    """Finds alternatives to a goal's proposed plan."""
+    """Finds alternatives to a goal's proposed plan, or plans one of them once more as an operator has edited it."""
 
     step_name = "find alternatives"
     priority = Priority.ALTERNATIVES
@@ -115,7 +186,9 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
         return session.get_one(GoalRow, subject_id, with_for_update=lock or None)
 
     def attempt_key(self, subject: GoalRow) -> Hashable:
-        return subject.plan_id if _is_searched(subject) else None
+        return (
+            (subject.plan_id, (subject.alternatives or {}).get("edited")) if _is_searched(subject) else None
+        )
 
     def begin(self, session: Session, subject: GoalRow) -> PlanningTask | None:
         goal = subject
@@ -123,9 +196,11 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
             return None
         built = self._problems.build(session, goal)
         request = self._limits.request(PlanningWish.from_json(goal.limits))
+        if edited := _edited(goal):
+            return self._edit(session, built, request, *edited)
         body = PlanBody.model_validate(session.get_one(PlanRow, goal.plan_id).body)
         plan_net = body.to_plan_net(self._knowledge_base)
-        problem = with_goals_of(plan_net, built.problem)
+        problem = as_chosen_by(plan_net, built.problem)
         work = AlternativesWork(
             knowledge_base=self._knowledge_base,
             problem=problem,
@@ -140,15 +215,40 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
                 value=body.value,
                 value_bound=body.value_bound,
                 left_out=body.left_out_goals(self._knowledge_base),
+                preferences=None if body.preferences is None else body.preferences.to_choice(),
             ),
+            preferences=built.problem.preferences,
         )
         return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s)
+
+    def _edit(
+        self, session: Session, built: GoalProblem, request: PlanningRequest, plan_id: str, pins: Pins
+    ) -> PlanningTask:
+        net = PlanBody.model_validate(session.get_one(PlanRow, plan_id).body).to_plan_net(
+            self._knowledge_base
+        )
+        built = self._problems.pinned(replace(built, problem=with_goals_of(net, built.problem)), pins)
+        work = EditWork(
+            knowledge_base=self._knowledge_base,
+            plan_net=net,
+            problem=built.problem,
+            request=replace(request, time_limit_s=min(request.time_limit_s, EDIT_LIMIT_S)),
+        )
+        replaces = ReplacedPlan(plan_id=plan_id, plan_net=net, edits=pins)
+        return PlanningTask(
+            problem=built, work=work, time_limit_s=work.request.time_limit_s, replaces=replaces
+        )
 
     def conclude(
         self, session: Session, subject: GoalRow, task: PlanningTask, result: WorkResult[Solutions]
     ) -> None:
+        edited = _edited(subject)
         if result.answer is None:
-            self._end(session, subject, Search.FAILED, result.why)
+            why = f"{words_of(edited[1])}: {result.why}" if edited else result.why
+            self._end(session, subject, Search.FAILED, why)
+        elif edited and task.replaces is not None:
+            self._record_edited(session, subject, result.answer[0], task.problem, task.replaces)
+            self._end(session, subject, Search.FOUND, "")
         else:
             self._record(session, subject, result.answer, task.problem)
             self._end(session, subject, Search.FOUND, "")
@@ -157,11 +257,24 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
         if _is_searched(subject):
             self._end(session, subject, Search.FAILED, reason)
 
+    def _record_edited(
+        self, session: Session, goal: GoalRow, solution: Solution, built: GoalProblem, edited: ReplacedPlan
+    ) -> None:
+        """Propose the edited plan beside the others."""
+        repairs = edited.repaired_by(solution)
+        plan = self._proposals.propose(session, goal, solution, built, repairs, edits=edited.edits)
+        plan.label = words_of(edited.edits)
+        plan.comparison = repairs.difference.words[0] if repairs and repairs.difference.words else ""
+        first = session.get_one(PlanRow, goal.plan_id)
+        first.label = first.label or FIRST
+
     def _record(self, session: Session, goal: GoalRow, found: Solutions, built: GoalProblem) -> None:
         """Propose the new plans and label all; earlier alternatives that were not found again are closed."""
+        bodies = {row.id: PlanBody.model_validate(row.body) for row in open_plans(session, goal.id)}
         known = {
-            row.id: PlanBody.model_validate(row.body).to_plan_net(self._knowledge_base)
-            for row in open_plans(session, goal.id)
+            plan_id: body.to_plan_net(self._knowledge_base)
+            for plan_id, body in bodies.items()
+            if not body.edits
         }
         outdated = set(known) - {goal.plan_id}
         session.get_one(PlanRow, goal.plan_id).label = FIRST
@@ -185,6 +298,14 @@ class AlternativesJob(PlanningJob[GoalRow, PlanningTask]):
         plans = tuple(plan.id for plan in open_plans(session, goal.id))
         ended = GoalAlternativesFound if state is Search.FOUND else GoalAlternativesFailed
         self._events.append(session, ended(subject=goal.id, plans=plans, reason=reason))
+
+
+def _edited(goal: GoalRow) -> tuple[str, Pins] | None:
+    """The plan that is being edited and what is pinned of it; None if alternatives are being found."""
+    search = goal.alternatives or {}
+    if search.get("edited") is None:
+        return None
+    return search["edited"], tuple(GoalPin.model_validate(pin) for pin in search["pins"])
 
 
 def _is_searched(goal: GoalRow) -> bool:

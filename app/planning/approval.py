@@ -15,6 +15,7 @@ from app.domain.events import (
     PlanClosed,
     PlanDecided,
 )
+from app.domain.goal_language.constraints import UNCONSTRAINED
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
@@ -26,8 +27,8 @@ from app.domain.mission_organiser import Margin
 from app.domain.plan_document import PlanBody
 from app.domain.recovery_rules import TRIES
 from app.domain.tender_document import Allocation
-from app.domain.world_model import broken_support, filled_by, taken_by
-from app.domain.world_model.numbers import Term
+from app.domain.world_model import broken_support, planning_problem, taken_by
+from app.domain.world_model.problem import batteries_of
 from app.domain.world_model.senses import Perceives, restricted_senses, unsensed
 from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
 from app.domain.world_model.vocabulary import symbolic
@@ -38,12 +39,16 @@ from app.planning.tenders import Tenders
 from app.store import GoalRow, MissionRow, NumberRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.records import lost_robots, page, robots_out_of_service
-from app.store.roles import withheld_tags
+from app.store.roles import with_roles_in_force, withheld_tags
 from app.store.standing_holds import standing_holds
 from app.store.tables import utc_now
 from app.workflows import MISSION_LIFE, MISSIONS
-from planner import Fact, PlanNet, number_words
+from planner import Fact, PlanNet, PlanningProblem, number_words
+from planner.knowledge.comparison import Term
+from planner.knowledge.expression import Functions
+from planner.problem.number_courses import courses, why_outside
 from robots.clock import Clock
+from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
 AUTOMATIC = "auto_approve"
@@ -381,7 +386,8 @@ class Staleness:
             *self._unsensed(net, plan.world),
             *self._withdrawn(session, net, plan.world),
             *self._taken(session, net, goal),
-            *self._held(session, net, plan.world),
+            *self._held(session, net, goal),
+            *self._used_up(session, net, plan.world),
         ]
 
     def _change(self, fact: Fact, believed: Sequence[DatedFact], numbers: Mapping[Term, NumberRow]) -> str:
@@ -421,11 +427,39 @@ class Staleness:
             if robot in limited and tag in limited[robot][1]:
                 yield f"{robot} plays {limited[robot][0].name} now, which is not recruited for {tag}"
 
-    def _held(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
-        filled = filled_by(net.actions)
-        for hold in standing_holds(session, world):
-            if filled & hold.places:
+    def _held(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:
+        holds = standing_holds(session, goal.world) if goal.world in self._worlds else ()
+        if not holds:
+            return
+        world = with_roles_in_force(session, self._worlds[goal.world])
+        goals, _ = UNCONSTRAINED.of_goals([SymbolicFact.model_validate(one) for one in goal.goal], world)
+        facts = self._facts.facts(session, goal.world)
+        has_begun = goal.mission_id is not None
+        for hold in holds:
+            if hold.forbidden_to(goals, world, facts, has_begun=has_begun).broken_by(net):
                 yield f"hold {hold.id} keeps {hold.words}"
+
+    def _used_up(self, session: Session, net: PlanNet, world: str) -> Iterator[str]:
+        """What would leave its limits by the numbers of now, such as a robot's battery."""
+        if world in self._worlds:
+            problem = PlanningProblem(
+                objects={},
+                facts=frozenset(),
+                goals=(),
+                functions=self._functions(session, world),
+                numbers=self._facts.numbers.for_planner(session, world),
+            )
+            for course in courses(net, problem, self._knowledge_base):
+                for point in list(course.outside())[:1]:
+                    yield why_outside(course, point, net.actions, self._knowledge_base)
+
+    def _functions(self, session: Session, world: str) -> Functions:
+        """The values of the functions that say by how much numbers change."""
+        functions = batteries_of(self._worlds[world])
+        if self._knowledge_base.number_functions <= {name for name, _ in functions}:
+            return functions
+        facts = self._facts.facts(session, world)
+        return planning_problem(self._worlds[world], facts, (), knowledge_base=self._knowledge_base).functions
 
     def _taken(self, session: Session, net: PlanNet, goal: GoalRow) -> Iterator[str]:
         needed = taken_by(net)

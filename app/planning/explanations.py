@@ -1,4 +1,4 @@
-"""Explains plans, in a planning process, because the cost of omitting a robot is found by planning without it."""
+"""Explains plans, in a planning process: what constraints and robots cost is found by planning without them."""
 
 import threading
 from collections.abc import Mapping
@@ -21,6 +21,8 @@ from planner.explanation import Explanation
 
 TIME_LIMIT_S = 10.0
 """For an explanation with costs; one without them needs no planning."""
+MAX_CONSTRAINTS = 8
+"""So many of a goal's constraints are explained, the first ones."""
 MAX_CONCURRENT = 8
 """Explanations with costs at a time: each holds one of the threads that requests are answered in."""
 
@@ -28,8 +30,8 @@ MAX_CONCURRENT = 8
 class Explanations:
     """Explains plans.
 
-    While a plan is open to decision and its conditions hold, the explanation has the cost of omitting each robot, and
-    is stored with the plan. Later these costs cannot be found any longer and are left out unless stored.
+    While a plan is open to decision and its conditions hold, the explanation has the cost of each constraint and of
+    omitting each robot, and is stored with the plan. Later these costs cannot be found and are left out unless stored.
     """
 
     def __init__(
@@ -89,6 +91,11 @@ class Explanations:
             knowledge_base=self._knowledge_base,
             request=self._limits.request(wish),
             withheld=current.roles,
+            without=self._problems.without_each_constraint(
+                session, current.goal, current.plan_net, at_most=MAX_CONSTRAINTS
+            )
+            if current.is_current
+            else {},
         )
         return work, current.is_current
 

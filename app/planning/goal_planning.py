@@ -21,6 +21,7 @@ from app.domain.tender_document import Allocation, TenderBody
 from app.planning.approval import AUTOMATIC, PlanApproval
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
+from app.planning.pool.conflicts import CONFLICT_LIMIT_S, ConflictSearch
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.waiting_line import Priority
 from app.planning.pool.work import PlanWork, RepairWork, Solution, Solutions, WorkResult
@@ -99,7 +100,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
                 self._tenders.release(session, goal)
                 self._wait(session, goal, blockers)
                 return None
-        task = self._task(goal, built, self._expired(session, goal))
+        task = self._task(session, goal, built, self._expired(session, goal))
         goal_lifecycle.begin_planning(goal)
         goal.planned_by = current_workflow()
         self._events.append(session, GoalPlanningBegan(subject=goal.id))
@@ -114,15 +115,20 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return tuple(f"the end of mission {one}" for one in session.scalars(query.order_by(MissionRow.id)))
 
     def renew(self, session: Session, subject: GoalRow, task: PlanningTask) -> PlanningTask:
-        return self._task(subject, self._problems.build(session, subject), task.replaces)
+        return self._task(session, subject, self._problems.build(session, subject), task.replaces)
 
-    def _task(self, goal: GoalRow, built: GoalProblem, expired: ReplacedPlan | None) -> PlanningTask:
+    def _task(
+        self, session: Session, goal: GoalRow, built: GoalProblem, expired: ReplacedPlan | None
+    ) -> PlanningTask:
         goal.releases_seen = built.releases
         request = self._limits.request(PlanningWish.from_json(goal.limits))
         if self._tenders is not None and goal.allocation == Allocation.CONTRACT_NET:
             return self._tendered(goal, built, request, self._tenders)
-        if built.problem.values:
-            expired = None  # which goals are worth it is decided again
+        is_edited = expired is not None and bool(expired.edits)
+        if built.problem.values or (built.problem.preferences and not is_edited):
+            expired = None  # which goals are worth it, and which preferences, is decided again
+        if expired is not None:
+            built = self._problems.pinned(built, expired.edits)
         if expired is None:
             work: PlanWork | RepairWork = PlanWork(problem=built.problem, request=request)
         else:
@@ -132,7 +138,21 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
                 problem=built.problem,
                 request=request,
             )
-        return PlanningTask(problem=built, work=work, time_limit_s=request.time_limit_s, replaces=expired)
+        search = self._search(session, goal, built, request)
+        limit_s = request.time_limit_s + (0.0 if search is None else CONFLICT_LIMIT_S)
+        return PlanningTask(problem=built, work=work, time_limit_s=limit_s, replaces=expired, search=search)
+
+    def _search(
+        self, session: Session, goal: GoalRow, built: GoalProblem, request: PlanningRequest
+    ) -> ConflictSearch | None:
+        """Where the constraints are looked for that leave no plan; None if the goal has none to look for."""
+        if built.refusal:
+            return None
+        restricted = self._problems.restrictions(session, goal, built)
+        if restricted is None:
+            return None
+        problem, restrictions = restricted
+        return ConflictSearch(problem=problem, restrictions=restrictions, request=request)
 
     @staticmethod
     def _tendered(
@@ -171,7 +191,14 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         else:
             declines = () if tender is None else tender.declines
             why = "; ".join((result.why, *declines))
-            self._unsolvable(session, goal, result.status, task.problem.constraints.explaining(why))
+            conflict = task.problem.conflict if result.is_refused else result.conflict
+            if not result.is_refused:
+                blamed = () if conflict is None else conflict.constraints
+                why = task.problem.constraints.explaining(why, blamed)
+            if conflict is not None:
+                known = GoalTerms.from_json(goal.terms)
+                goal.terms = known.model_copy(update={"conflict": conflict}).model_dump(mode="json")
+            self._unsolvable(session, goal, result.status, why)
 
     def _wait(self, session: Session, goal: GoalRow, blockers: Blockers) -> None:
         goal_lifecycle.wait_for(goal, blockers)
@@ -223,7 +250,15 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         if self._tenders is not None and tender is not None and solution.result.plan_net is not None:
             tender = self._tenders.planned(tender, solution.result.plan_net, task.problem)
             goal.tender = tender.model_dump(mode="json")
-        plan = self._proposals.propose(session, goal, solution, task.problem, repairs, tender=tender)
+        plan = self._proposals.propose(
+            session,
+            goal,
+            solution,
+            task.problem,
+            repairs,
+            tender=tender,
+            edits=task.replaces.edits if task.replaces else (),
+        )
         goal_lifecycle.propose(goal, plan.id, plan.reason)
         self._events.append(session, GoalPlanned(subject=goal.id, plan=plan.id))
         if goal.auto_approve:
@@ -235,8 +270,9 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         plan = session.get(PlanRow, goal.plan_id) if goal.plan_id else None
         if plan is None or plan.state != PlanState.EXPIRED:
             return None
+        body = PlanBody.model_validate(plan.body)
         try:
-            net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+            net = body.to_plan_net(self._knowledge_base)
         except KnowledgeBaseError:
             return None
-        return ReplacedPlan(plan_id=plan.id, plan_net=net)
+        return ReplacedPlan(plan_id=plan.id, plan_net=net, edits=body.edits)

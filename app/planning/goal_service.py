@@ -14,13 +14,24 @@ from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Busy, Conflict, Invalid, unrecorded
 from app.domain.events import GoalFinished, GoalStopRequested, GoalSubmitted, GoalWithdrawn
-from app.domain.goal_language.check import GoalIssue, blocking, check_request
+from app.domain.goal_language.check import GoalIssue, blocking, check_request, preference_conflicts
 from app.domain.goal_language.completion import completions, replacements, span_of
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, check_constraints
 from app.domain.goal_language.grammar import Clarification, Understood, understand
-from app.domain.goal_language.hold_checks import check_holds, emptying_goals, held_issues
+from app.domain.goal_language.hold_checks import (
+    check_holds,
+    goals_of_holds,
+    held_issues,
+    standing_conflicts,
+)
 from app.domain.goal_language.issues import unknown_name
-from app.domain.goal_language.stated_holds import HoldPreview, StandingHold, StatedHold, held_places, kept_by
+from app.domain.goal_language.stated_holds import (
+    HoldPreview,
+    StandingHold,
+    StatedHold,
+    kept_by,
+    kept_by_standing,
+)
 from app.domain.goal_language.syntax import grammar
 from app.domain.goal_language.terms import GoalHold, GoalTerms, Reading
 from app.domain.goal_language.times import Due
@@ -88,15 +99,25 @@ class Checked:
     due: Due | None = None
     readings: Sequence[Reading] = ()
     holds: Sequence[HoldPreview] = ()
+    preferences: Sequence["CheckedPreference"] = ()
     issue: Clarification | GoalIssue | None = None
     completions: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CheckedPreference:
+    """A preference in words, what it costs to break it, and why no plan can keep it; empty if one may."""
+
+    preference: str
+    cost_s: float
+    conflict: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Stated(Understood):
     """What a request asks for in the present world.
 
-    :param emptying: those of the goals that empty places which are to be kept empty, the last ones.
+    :param emptying: those of the goals that make true what is to be kept, the last ones.
     :param standing: the holds that stood before.
     """
 
@@ -239,7 +260,7 @@ class GoalService:
             return row
 
     def _finish(self, session: Session, goal: GoalRow, holds: Sequence[StatedHold], *, actor: str) -> None:
-        """End a goal that only keeps places empty which are empty: there is nothing to plan."""
+        """End a goal that only keeps places that are empty and facts that are true: there is nothing to plan."""
         kept = " and ".join(hold.words for hold in holds)
         reason = f"nothing to carry out; holds {kept}"
         self._events.append(session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor))
@@ -259,10 +280,11 @@ class GoalService:
             else check_constraints(constraints, (), world, facts)
         )
         held = () if constraints.after else held_issues(stated.goals, stated.standing, world, facts)
+        others = standing_conflicts(stated.holds, stated.standing, world)
         return (
             *self._unknown_missions(session, stated.constraints, world.name),
             *check_holds(stated.holds, world, facts, base, self._now()),
-            *blocking((*held, *of_goals)),
+            *blocking((*held, *others, *of_goals)),
             *self._holds.issues(session, world, stated.holds),
         )
 
@@ -277,6 +299,7 @@ class GoalService:
             if isinstance(stated, Clarification):
                 return Checked(issue=stated, completions=completions(text, stated, world, facts, self._verbs))
             issue = next(iter(self._issues(session, stated, world, facts)), None)
+            preferences = self._preferences(stated, world, facts) if issue is None else ()
         if issue is not None:
             issue = replace(issue, span=span_of(text, issue.thing))
         return Checked(
@@ -286,9 +309,19 @@ class GoalService:
             due=stated.due,
             readings=stated.readings,
             holds=[HoldPreview.of(hold, self._now()) for hold in stated.holds],
+            preferences=preferences,
             issue=issue,
             completions=replacements(text, issue) if issue else (),
         )
+
+    def _preferences(self, stated: "_Stated", world: WorldFile, facts: Facts) -> Sequence[CheckedPreference]:
+        """The preferences, and which of them no plan can keep."""
+        constraints = stated.constraints.and_also(kept_by(stated.holds))
+        conflicts = preference_conflicts(stated.goals, constraints, world, facts, self._knowledge_base)
+        return [
+            CheckedPreference(preference=preference.words, cost_s=preference.cost_s, conflict=conflict)
+            for preference, conflict in zip(constraints.preferences, conflicts, strict=True)
+        ]
 
     def _open_missions(self, session: Session, world: str) -> Mapping[str, float]:
         """The world's open missions, each with the seconds until its expected end by the world's clock."""
@@ -334,13 +367,13 @@ class GoalService:
     def _understood(
         self, session: Session, request: GoalRequest, world: WorldFile, facts: Facts
     ) -> "_Stated | Clarification":
-        """What the request asks for, chosen within the holds that stand, with the goals that empty its own holds."""
+        """What the request asks for, chosen within the holds that stand, with the goals that its own holds need."""
         standing = standing_holds(session, world.name)
-        held = Constraints(keep_empty=tuple(sorted(held_places(standing))))
+        held = kept_by_standing(standing)
         said = self._said(session, request, world, facts, beside=held)
         if isinstance(said, Clarification):
             return said
-        emptying = emptying_goals(
+        emptying = goals_of_holds(
             said.holds, said.goals, world, facts, within=said.constraints.and_also(held)
         )
         if isinstance(emptying, Clarification):
@@ -547,6 +580,7 @@ def _refuse(issues: Sequence[GoalIssue], text: str) -> None:
         detail,
         code=first.code,
         choices=first.choices,
+        constraints=first.constraints,
         thing=first.thing,
         span=span_of(text, first.thing),
     )

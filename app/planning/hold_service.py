@@ -1,4 +1,4 @@
-"""Holds: places of a world that are kept empty for some time; begun with a goal, ended by what they wait for."""
+"""Holds: places kept empty and facts kept true for some time; begun with a goal, ended by what they wait for."""
 
 import threading
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,6 +13,12 @@ from app.domain.errors import Busy, NotFound
 from app.domain.events import HoldBegan, HoldEnded
 from app.domain.goal_language.hold_checks import comes_true
 from app.domain.goal_language.issues import GoalIssue, unknown_name
+from app.domain.goal_language.kept_facts import (
+    is_kept_true,
+    kept_things,
+    left_to_keep,
+    unknown_in,
+)
 from app.domain.goal_language.stated_holds import HoldEnd, StatedHold, kept_by, places_in
 from app.domain.goal_language.terms import GoalHold
 from app.domain.goal_language.words import natural_key
@@ -26,7 +32,7 @@ from app.store import GoalRow, HoldRow, MissionRow
 from app.store.editions import WorldDirectory
 from app.store.event_log import EventLog
 from app.store.known_empty import KnownEmpty
-from app.store.standing_holds import end_in_words, standing_rows
+from app.store.standing_holds import end_in_words, facts_of, standing_rows
 from planner import KnowledgeBaseError
 from robots.clock import Clock
 from robots.wire import SymbolicFact
@@ -78,7 +84,7 @@ class HoldService:
     def issues(
         self, session: Session, world: WorldFile, holds: Sequence[StatedHold]
     ) -> tuple[GoalIssue, ...]:
-        """The issues with holds in the record: running missions that put something there, unknown ends."""
+        """The issues with holds in the record: running missions that stand against them, unknown ends."""
         return (
             *self._unknown_ends(session, world.name, [hold.until for hold in holds]),
             *self._needed(session, world, holds),
@@ -96,15 +102,19 @@ class HoldService:
                     yield unknown_name("goal", end.goal, goals)
 
     def _needed(self, session: Session, world: WorldFile, holds: Sequence[StatedHold]) -> Iterable[GoalIssue]:
-        kept = places_in(kept_by(holds).keep_empty, world)
-        for mission in self._reservations.of_world(session, world.name) if kept else ():
-            for place in sorted(kept & mission.filled, key=natural_key):
-                yield GoalIssue(
-                    code="needed-by-mission",
-                    kind="conflict",
-                    detail=f"mission {mission.mission_id} puts a sample in {place}; cancel it, or wait for its end",
-                    thing=place,
-                )
+        stated = kept_by(holds)
+        kept = places_in(stated.keep_empty, world)
+        facts = [fact for fact in stated.keep if not any(unknown_in([fact], world))]
+        for mission in self._reservations.of_world(session, world.name) if kept or facts else ():
+            left = left_to_keep(facts, _goals_of(session, mission.mission_id) if facts else (), world)
+            things = kept_things(left, world)
+            for place in sorted((kept | things.places) & mission.filled, key=natural_key):
+                yield _needs(mission.mission_id, f"puts a sample in {place}", place)
+            moved = (things.samples & mission.reservation.samples) | (
+                things.robots & mission.reservation.robots
+            )
+            for thing in sorted(moved, key=natural_key):
+                yield _needs(mission.mission_id, f"uses {thing}", thing)
 
     def begin(
         self, session: Session, goal: GoalRow, holds: Sequence[StatedHold], world: WorldFile, *, actor: str
@@ -130,11 +140,16 @@ class HoldService:
     ) -> GoalHold:
         until = hold.until
         ends_at_s = None if until.in_s is None else self._clocks[world.name].now_s() + until.in_s
+        facts = self._facts.facts(session, world.name)
         row = HoldRow(
             id=new_id("hold"),
             world=world.name,
             places=list(hold.places),
             kept=sorted(places_in(hold.places, world), key=natural_key),
+            facts=[fact.model_dump(mode="json") for fact in hold.facts],
+            achieved=[
+                fact.model_dump(mode="json") for fact in hold.facts if is_kept_true(fact, world, facts)
+            ],
             until=until.model_dump(mode="json", exclude_none=True),
             ends_at=None if until.at is None else until.at.timestamp(),
             ends_at_s=ends_at_s,
@@ -150,12 +165,13 @@ class HoldService:
                 subject=row.id,
                 world=world.name,
                 places=hold.places,
+                facts=tuple(map(str, hold.facts)),
                 until=end_in_words(row),
                 goal=goal.id,
                 actor=actor,
             ),
         )
-        return GoalHold(id=row.id, places=hold.places, until=until)
+        return GoalHold(id=row.id, places=hold.places, facts=hold.facts, until=until)
 
     def of_world(self, world: str, *, state: HoldState, limit: int) -> Sequence[HoldRow]:
         """The holds of a world in this state, newest first."""
@@ -279,6 +295,20 @@ class HoldService:
             watched.has_changed.set()
 
 
+def _goals_of(session: Session, mission_id: str) -> Sequence[SymbolicFact]:
+    goal = session.get_one(GoalRow, session.get_one(MissionRow, mission_id).goal_id)
+    return [SymbolicFact.model_validate(fact) for fact in goal.goal]
+
+
+def _needs(mission: str, does: str, thing: str) -> GoalIssue:
+    return GoalIssue(
+        code="needed-by-mission",
+        kind="conflict",
+        detail=f"mission {mission} {does}; cancel it, or wait for its end",
+        thing=thing,
+    )
+
+
 def open_goals(session: Session, world: str) -> tuple[str, ...]:
     """The goals of a world that are not over, oldest first."""
     query = select(GoalRow.id).where(GoalRow.world == world, GoalRow.state.in_(goal_lifecycle.OPEN))
@@ -304,6 +334,7 @@ def end_hold(
         subject=row.id,
         world=row.world,
         places=tuple(row.places),
+        facts=tuple(map(str, facts_of(row))),
         why=ending,
         actor=actor,
         comment=comment,

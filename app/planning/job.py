@@ -19,6 +19,8 @@ from app.core import Core
 from app.domain.blockers import Blockers
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.plan_document import DifferenceBody, RepairsBody
+from app.domain.plan_edits import Pins
+from app.planning.pool.conflicts import ConflictSearch, WorkUnderConstraints
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
 from app.planning.pool.waiting_line import Job, Priority
 from app.planning.pool.withheld import WorkUnlessBlocked
@@ -37,6 +39,7 @@ class ReplacedPlan:
 
     plan_id: str
     plan_net: PlanNet
+    edits: Pins = ()
 
     def repaired_by(self, solution: Solution) -> RepairsBody | None:
         """How the solution repairs this plan; None if it was not made from it."""
@@ -54,6 +57,7 @@ class PlanningTask:
     :param time_limit_s: of the work, from when a process begins it.
     :param replaces: the plan that the work repairs.
     :param is_under_way: that plan is carried out, so that its actions will change the problem's facts.
+    :param search: where the constraints are looked for that leave no plan, if there is none; None: they are not.
     """
 
     problem: GoalProblem
@@ -61,6 +65,7 @@ class PlanningTask:
     time_limit_s: float
     replaces: ReplacedPlan | None = None
     is_under_way: bool = False
+    search: ConflictSearch | None = None
 
 
 Row = TypeVar("Row", GoalRow, MissionRow)
@@ -127,7 +132,8 @@ class PlanningJob(ABC, Generic[Row, Task]):
             goal_id = goal.id
             job = Job(world=goal.world, priority=self.priority, is_large=is_large_goal(goal))
         if task.problem.refusal and not task.problem.withheld:
-            attempt.conclude(WorkResult(status=PlanningStatus.UNSOLVABLE, reason=task.problem.refusal))
+            refusal = task.problem.refusal
+            attempt.conclude(WorkResult(status=PlanningStatus.UNSOLVABLE, reason=refusal, is_refused=True))
             return
         watch = ProgressWatch(
             self._database, self._events, goal_id, is_wanted=attempt.is_wanted, clock=self._clock
@@ -151,15 +157,16 @@ class PlanningJob(ABC, Generic[Row, Task]):
     def work(self, task: Task) -> Work[Solutions]:
         """The task's work, which may turn out to have to wait for what its problem leaves out."""
         problem = task.problem
-        if not problem.withheld and not problem.refusal:
-            return task.work
-        return WorkUnlessBlocked(
-            work=task.work,
-            problem=None if task.is_under_way else problem.problem,
-            withheld=problem.withheld,
-            knowledge_base=self._knowledge_base,
-            refusal=problem.refusal,
-        )
+        work = task.work
+        if problem.withheld or problem.refusal:
+            work = WorkUnlessBlocked(
+                work=work,
+                problem=None if task.is_under_way else problem.problem,
+                withheld=problem.withheld,
+                knowledge_base=self._knowledge_base,
+                refusal=problem.refusal,
+            )
+        return work if task.search is None else WorkUnderConstraints(work=work, search=task.search)
 
 
 class _Attempt(Generic[Row, Task]):
@@ -201,9 +208,10 @@ class _Attempt(Generic[Row, Task]):
 
 
 def permitted(built: GoalProblem, result: WorkResult[Solutions]) -> WorkResult[Solutions]:
-    """The result without plans that put something in a place that is to be kept empty; without any, why.
+    """The result without plans that fill a place that is to be kept empty, or end a kept fact; without any, why.
 
-    The facts of a problem say that such a place has no room; if it is emptied by the plan itself, they do not.
+    The facts of a problem say that such a place has no room; if it is emptied by the plan itself, they do not. Nor do
+    they keep a plan from ending for a time what its goal asks for and is true already.
     """
     nets = [] if result.answer is None else [one.result.plan_net for one in result.answer]
     broken = [built.constraints.broken_by(net) if net is not None else () for net in nets]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from typing import Any
 
 from sqlalchemy import or_, select
@@ -12,13 +13,19 @@ from app.domain.durations import PRIOR_SAMPLES, Durations, Kind
 from app.domain.errors import Conflict
 from app.domain.goal_language.berth_choice import assign_berths
 from app.domain.goal_language.check import blocking, check_request
-from app.domain.goal_language.constraints import NOTHING_WITHHELD, AppliedConstraints
-from app.domain.goal_language.roles import with_players
-from app.domain.goal_language.stated_holds import held_places
+from app.domain.goal_language.conflict_set import ConstraintConflict
+from app.domain.goal_language.constraints import (
+    NOTHING_WITHHELD,
+    AppliedConstraints,
+    Constraints,
+    withheld_by,
+)
+from app.domain.goal_language.issues import conflict_in
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.goal_language.words import joined
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
+from app.domain.plan_edits import Pins, applied
 from app.domain.world_model import (
     Facts,
     Reservation,
@@ -43,7 +50,8 @@ from app.store.roles import with_roles_in_force, withheld_tags
 from app.store.standing_holds import standing_holds
 from app.store.world_summary import summary_of
 from planner import Fact, Numbers, PlanNet, PlanningProblem, Spread, Spreads, scale_term
-from planner.problem.optional_goals import with_goals_of
+from planner.explanation.conflict import Restriction
+from planner.problem.choices import as_chosen_by, with_goals_of, without_each_preference
 from robots.clock import Clock
 from robots.wire import SymbolicFact
 from robots.world import RoleSpec, WorldFile
@@ -60,8 +68,9 @@ class GoalProblem:
 
     :param withheld: what it leaves out.
     :param refusal: why the goal is impossible in the present world; empty if it is possible.
+    :param conflict: the constraints that make it so, which the refusal names; None if none do.
     :param factors: factors on durations, by action and team size.
-    :param constraints: on its plans, with the places that holds keep empty.
+    :param constraints: on its plans, with what holds keep.
     :param releases: the world's count of releases when the problem was built.
     :param roles: what robots can but are not recruited for by their roles, with why not, in words.
     :param built_at_s: when, by the world's clock; deadlines count from then.
@@ -74,6 +83,7 @@ class GoalProblem:
     world_version: int
     releases: int
     constraints: AppliedConstraints = NOTHING_WITHHELD
+    conflict: ConstraintConflict | None = None
     roles: Mapping[Fact, str] = field(default_factory=dict)
     built_at_s: float = 0.0
 
@@ -132,9 +142,12 @@ class ProblemBuilder:
         self._low_battery = low_battery
         self._perceives = perceives
 
-    def build(self, session: Session, goal: GoalRow) -> GoalProblem:
+    def build(
+        self, session: Session, goal: GoalRow, *, constraints: Constraints | None = None
+    ) -> GoalProblem:
         """The goal's current problem; its plan may use what the goal's own mission has reserved.
 
+        :param constraints: in place of the goal's.
         :raises Conflict: if its world does not run.
         """
         self._find(goal.world)
@@ -155,16 +168,20 @@ class ProblemBuilder:
         ]
         reserved = all_reserved(held)
         holds = standing_holds(session, goal.world)
-        constraints = GoalTerms.from_json(goal.terms).constraints
+        if constraints is None:
+            constraints = GoalTerms.from_json(goal.terms).constraints
         numbers = self._numbers.for_planner(session, goal.world)
         played = with_roles_in_force(session, world)
-        applied = constraints.in_world(played, numbers)
-        within = applied.keeping_empty(held_places(holds))
         facts_of_goal = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-        stated, in_order = with_players(facts_of_goal, constraints.stages, played)
-        _, worth = with_players(facts_of_goal, constraints.worth, played)
-        constraints = constraints.model_copy(update={"stages": in_order, "worth": worth})
-        kept_off = union_of([reserved, Reservation(locations=within.avoided | within.kept_empty)])
+        stated, constraints = constraints.of_goals(facts_of_goal, played)
+        unachieved = constraints.without_achieved(stated, played)
+        applied = unachieved.in_world(played, numbers)
+        required = {str(hold): hold.required_of(stated, played) for hold in holds}
+        within = applied.within(required.values())
+        has_begun = goal.mission_id is not None
+        forbidden = [hold.forbidden_to(stated, played, facts, has_begun=has_begun) for hold in holds]
+        places = unachieved.kept_off(played) | within.closed
+        kept_off = union_of([reserved, Reservation(locations=places)])
         wanted = _with_chosen_berths(session, goal, stated, world, facts, kept_off)
         objects = objects_of(world)
         is_known = all(name in objects for fact in wanted for name in fact.args)
@@ -203,9 +220,16 @@ class ProblemBuilder:
             reserved=reserved,
             knowledge_base=self._knowledge_base,
             perceives=self._perceives,
-            is_held=goal.mission_id is not None,
+            is_held=has_begun,
         )
-        problem = replace(problem, stages=stages, numbers=numbers, spreads=spreads_of(learned), values=values)
+        problem = replace(
+            problem,
+            stages=stages,
+            numbers=numbers,
+            spreads=spreads_of(learned),
+            values=values,
+            preferences=constraints.preferences_in(played, permitted, numbers),
+        )
         built_at_s = self._clocks[goal.world].now_s()
         issues = blocking(check_request(stated, constraints, played, facts, self._knowledge_base))
         return GoalProblem(
@@ -215,36 +239,105 @@ class ProblemBuilder:
                 missions={str(one): one.reservation for one in held if is_known},
                 robots={**_as_roles(limited), **unavailable} if is_known else {},
                 tags={robot: tags for robot, (_, tags) in limited.items() if robot not in unavailable},
-                holds={str(hold): hold.places for hold in holds} if is_known else {},
+                holds={hold: one for hold, one in required.items() if one} if is_known else {},
             ),
             refusal="; ".join(issue.detail for issue in issues),
             factors=factors,
             world_version=self._facts.version(session, goal.world),
             releases=summary.releases,
-            constraints=within,
+            constraints=applied.within(forbidden),
+            conflict=conflict_in(issues),
             roles=roles,
             built_at_s=built_at_s,
         )
 
-    def current(self, session: Session, plan: PlanRow) -> CurrentProblem:
+    def current(self, session: Session, plan: PlanRow, *, with_preferences: bool = False) -> CurrentProblem:
         """The plan's plan-net and its goal's current problem.
 
+        :param with_preferences: the problem has the goal's preferences; else what the plan keeps of them is required.
         :raises Conflict: if its world does not run.
         """
         goal = session.get_one(GoalRow, plan.goal_id)
         built = self.build(session, goal)
-        net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
+        body = PlanBody.model_validate(plan.body)
+        net = body.to_plan_net(self._knowledge_base)
         is_current = plan.state == PlanState.PROPOSED and not broken_support(
             net, self._facts.supporting(session, plan.world)
         )
+        chosen = with_goals_of if with_preferences else as_chosen_by
         return CurrentProblem(
             goal=goal,
             plan_net=net,
-            problem=with_goals_of(net, built.problem if is_current else built.withheld.whole),
+            problem=applied(
+                body.edits,
+                chosen(net, built.problem if is_current else built.withheld.whole),
+                self._knowledge_base,
+                now_s=built.built_at_s,
+            ),
             is_current=is_current,
             world_version=built.world_version,
             roles=built.roles if is_current else {},
         )
+
+    def pinned(self, built: GoalProblem, edits: Pins) -> GoalProblem:
+        """The problem whose plans keep to operators' edits."""
+        now_s = built.built_at_s
+        return replace(built, problem=applied(edits, built.problem, self._knowledge_base, now_s=now_s))
+
+    def restrictions(
+        self, session: Session, goal: GoalRow, built: GoalProblem
+    ) -> tuple[PlanningProblem, tuple[Restriction, ...]] | None:
+        """The goal's problem without its constraints on robots and places, and each of these as the facts that it
+        withholds; None if there are none. The berths that were chosen for the goal stay.
+
+        :param built: the goal's problem.
+        """
+        constraints = GoalTerms.from_json(goal.terms).constraints
+        if not constraints.parts:
+            return None
+        world = with_roles_in_force(session, self._worlds[goal.world])
+        parts = constraints.without_achieved(
+            [SymbolicFact.model_validate(fact) for fact in goal.goal], world
+        ).parts
+        free = self.build(session, goal, constraints=constraints.beside_parts).problem
+        stated = built.problem
+        problem = replace(
+            free,
+            goals=stated.goals,
+            stages=stated.stages,
+            values=stated.values,
+            deadlines_s=stated.deadlines_s,
+            not_before_s=stated.not_before_s,
+            priorities=stated.priorities,
+            preferences=(),
+        )
+        numbers = self._numbers.for_planner(session, goal.world)
+        return problem, tuple(
+            Restriction(words=part.words[0], withheld=withheld_by(part, world, free.facts, numbers))
+            for part in parts
+        )
+
+    def without_each_constraint(
+        self, session: Session, goal: GoalRow, net: PlanNet, *, at_most: int
+    ) -> Mapping[str, PlanningProblem]:
+        """For each of the goal's constraints, and each preference that its plan keeps, the problem without it.
+
+        By the constraint in words.
+
+        :param at_most: so many of them, the first ones.
+        """
+        constraints = GoalTerms.from_json(goal.terms).constraints
+        required = {
+            words: as_chosen_by(net, self.build(session, goal, constraints=others).problem)
+            for words, others in islice(constraints.without_each().items(), at_most)
+        }
+        left = at_most - len(required)
+        if not constraints.preferences or not left:
+            return required
+        return {
+            **required,
+            **dict(islice(without_each_preference(net, self.build(session, goal).problem), left)),
+        }
 
     def _planned_goals(self, session: Session, goal: GoalRow, goals: tuple[Fact, ...]) -> tuple[Fact, ...]:
         """Those of the goals that the plan of the goal's mission achieves."""
@@ -308,9 +401,7 @@ def _scaled(problem: PlanningProblem, factors: Mapping[Kind, float]) -> Planning
 
 def _with_releases(applied: AppliedConstraints, reserved: Reservation) -> AppliedConstraints:
     """The constraints while missions run: robots that must not act are moved off by the missions that use them."""
-    return AppliedConstraints(
-        excluded=applied.excluded - reserved.robots, avoided=applied.avoided, kept_empty=applied.kept_empty
-    )
+    return applied.model_copy(update={"excluded": applied.excluded - reserved.robots, "words": ()})
 
 
 def _with_chosen_berths(

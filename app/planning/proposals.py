@@ -14,13 +14,16 @@ from app.domain.ids import new_id
 from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import ForecastBody, PlanBody, RepairsBody
+from app.domain.plan_edits import Pins, words_of
 from app.domain.tender_document import TenderBody
 from app.planning.pool.work import Solution
 from app.planning.problem_builder import GoalProblem
 from app.store import GoalRow, PlanRow
 from app.store.durations import key_of
 from app.store.event_log import EventLog
-from planner import GOAL
+from planner import GOAL, PlanningResult
+from planner.explanation.legs import barred_actions
+from planner.plan_nets.validation import broken_orders
 from robots.clock import Clock
 
 
@@ -46,12 +49,14 @@ class Proposals:
         repairs: RepairsBody | None = None,
         *,
         tender: TenderBody | None = None,
+        edits: Pins = (),
     ) -> PlanRow:
         """Record a solution as a proposed plan of the goal.
 
         :param built: the problem that it solves.
         :param repairs: the plan that it replaces, if it repairs one.
         :param tender: the bids that it was made by, if robots have bid.
+        :param edits: what it was to keep to of operators' edits; if it does not, that is its reason.
         :raises ValueError: if the result is not a solution.
         :raises BrokenConstraints: if the plan breaks the goal's constraints.
         """
@@ -59,6 +64,7 @@ class Proposals:
         broken = () if result.plan_net is None else built.constraints.broken_by(result.plan_net)
         if broken:
             raise BrokenConstraints(f"the plan for {goal.id} breaks its constraints: {'; '.join(broken)}")
+        unkept = words_of(edits) if edits and self._breaks_pins(result, built) else ""
         plan_id = new_id("plan")
         likely = None
         if forecast is not None:
@@ -74,13 +80,24 @@ class Proposals:
             repairs=repairs,
             tender=tender,
             forecast=likely,
+            edits=() if unkept else edits,
         )
         plan = PlanRow(
             id=plan_id,
             goal_id=goal.id,
             world=goal.world,
             state=PlanState.PROPOSED,
-            reason="; ".join(filter(None, (self._lateness(goal, body), _omissions(body)))),
+            reason="; ".join(
+                filter(
+                    None,
+                    (
+                        self._lateness(goal, body),
+                        _omissions(body),
+                        _broken(body),
+                        unkept and f"no longer keeps to the edit: {unkept}",
+                    ),
+                )
+            ),
             body=body.model_dump(mode="json"),
             world_version=built.world_version,
             duration_factors={key_of(kind): factor for kind, factor in built.factors.items()},
@@ -93,6 +110,13 @@ class Proposals:
             ),
         )
         return plan
+
+    def _breaks_pins(self, result: PlanningResult, built: GoalProblem) -> bool:
+        net = result.plan_net
+        if net is None:
+            return False
+        barred = barred_actions(net, built.problem, self._knowledge_base)
+        return bool(barred) or bool(broken_orders(net, built.problem.after))
 
     def _lateness(self, goal: GoalRow, plan: PlanBody) -> str:
         """By how much the plan misses the goal's deadline if it starts now, in words; empty if it does not."""
@@ -111,6 +135,13 @@ def _omissions(plan: PlanBody) -> str:
     """The optional goals that the plan leaves out, in words; empty if there are none."""
     left_out = ", ".join(f"{one.goal} ({one.reason})" for one in plan.left_out)
     return f"leaves out {left_out}" if left_out else ""
+
+
+def _broken(plan: PlanBody) -> str:
+    """The preferences that the plan breaks, in words; empty if there are none."""
+    preferences = plan.preferences.outcomes if plan.preferences is not None else ()
+    broken = ", ".join(f"“{one.preference}” ({one.reason})" for one in preferences if not one.kept)
+    return f"does not keep {broken}" if broken else ""
 
 
 WITHOUT_BODY = defer(PlanRow.body, raiseload=True)

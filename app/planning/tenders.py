@@ -352,6 +352,7 @@ class Tenders:
             return BidState.WITHHELD, unavailable
         if _abilities(robot, built.withheld.whole).issuperset(part.tags):
             needs = [mission for mission, held in built.withheld.missions.items() if robot in held.robots]
+            needs += [hold for hold, kept in built.withheld.holds.items() if robot in kept.excluded]
             return BidState.BUSY, " and ".join(needs)
         return BidState.WITHHELD, "its repertoire or a constraint stands against it"
 

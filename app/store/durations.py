@@ -25,13 +25,15 @@ def learn(session: Session, world: str, script: ScriptRow, packet_id: str) -> No
     """Learn from how long a finished packet ran; the caller passes each packet once, when its times are recorded.
 
     Waiting for its sensor pre-conditions does not count. Scripts that were ever ordered to pause or stop are ignored:
-    how long their robots stood still is not known exactly. Of an action in phases it learns at the end of the last one,
-    from all together: times within actions are not scaled by what is learned.
+    how long their robots stood still is not known exactly; so are actions that last as long as a number needs. Of an
+    action in phases it learns at the end of the last one, from all together: times within actions are not scaled by
+    what is learned.
     """
     plan = session.get_one(PlanRow, script.plan_id)
     actions = {action["id"]: action for action in plan.body["actions"]}
     action = actions[packet_id]
-    if script.orders or action.get("phase", 0) != action.get("phases", 0):
+    is_elastic = action.get("level") is not None
+    if script.orders or is_elastic or action.get("phase", 0) != action.get("phases", 0):
         return
     order = [packet["id"] for packet in script.body["packets"]]
     last = order.index(packet_id) + 1

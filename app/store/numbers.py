@@ -10,7 +10,6 @@ from app.domain.errors import Invalid
 from app.domain.events import NumberChange, NumbersChanged
 from app.domain.world_model.beliefs import Facts
 from app.domain.world_model.numbers import (
-    Term,
     Things,
     check_term,
     check_value,
@@ -24,6 +23,7 @@ from app.store.records import lock_world
 from app.store.tables import utc_now
 from app.store.world_summary import summary_of
 from planner import Fact, KnowledgeBase, Numbers
+from planner.knowledge.comparison import Term
 from robots.world import WorldFile
 
 _CHANGED = "changed numbers"

@@ -1,12 +1,12 @@
-"""Holds in the database: the places of a world that are kept empty now."""
+"""Holds in the database: the places of a world that are kept empty now, and the facts that are kept true."""
 
 from collections.abc import Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from app.domain.goal_language.stated_holds import HoldEnd, StandingHold
-from app.domain.goal_language.words import joined
+from app.domain.goal_language.kept_facts import HoldFact
+from app.domain.goal_language.stated_holds import HoldEnd, StandingHold, kept_words
 from app.domain.lifecycles.hold import HoldState
 from app.store.tables import HoldRow
 from app.store.world_summary import summary_of
@@ -26,10 +26,16 @@ def standing_holds(session: Session, world: str) -> Sequence[StandingHold]:
         StandingHold(
             id=row.id,
             places=frozenset(row.kept),
-            words=f"{joined(row.places, last='and')} empty {end_in_words(row)}",
+            words=f"{kept_words(row.places, facts_of(row))} {end_in_words(row)}",
+            facts=facts_of(row),
         )
         for row in standing_rows(session, world)
     ]
+
+
+def facts_of(row: HoldRow) -> tuple[HoldFact, ...]:
+    """The facts that the hold keeps true."""
+    return tuple(HoldFact.model_validate(fact) for fact in row.facts)
 
 
 def end_in_words(row: HoldRow) -> str:

@@ -196,12 +196,15 @@ class OutOfServiceRow(Base):
 
 
 class HoldRow(Base):
-    """Places of a world that are kept empty; see `app.domain.lifecycles.hold`.
+    """Places of a world that are kept empty and facts that are kept true; see `app.domain.lifecycles.hold`.
 
     `places` as they were stated, `kept` the berths that they mean; `until` as it was stated; `ends_at` (seconds since
     1970, wall clock) or `ends_at_s` (world's clock): when its time comes, if a time ends it. `goal_id`: the goal that
     stated it, which may have been deleted since; `text`: its sentence. `ending`: why it ended, `ended_by`: the operator
     who ended it.
+
+    `facts`: what is kept true, `achieved`: those of them that have been true, `lost`: those that have ceased to be
+    (`app.domain.kept_record`), `losses`: the number of the newest loss.
     """
 
     __tablename__ = "holds"
@@ -210,6 +213,10 @@ class HoldRow(Base):
     world: Mapped[str] = mapped_column(ForeignKey("worlds.id"))
     places: Mapped[list[Any]]
     kept: Mapped[list[Any]]
+    facts: Mapped[list[Any]] = mapped_column(default=list)
+    achieved: Mapped[list[Any]] = mapped_column(default=list)
+    lost: Mapped[list[Any]] = mapped_column(default=list)
+    losses: Mapped[int] = mapped_column(default=0)
     until: Mapped[dict[str, Any]]
     ends_at: Mapped[float | None]
     ends_at_s: Mapped[float | None]

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from planner.engines.hierarchical.tasks import PRIORITY_SCALE
 from planner.engines.plan_net_completion import complete_plan_net, confirm, merit
+from planner.engines.replenishment import Replenishment
 from planner.engines.wrapping import FirstProgress, WrappingEngine
 from planner.errors import InvalidPlan, KnowledgeBaseError
 from planner.explanation.recruiting import recruitment_of, robots_by_work
@@ -40,7 +41,7 @@ from planner.problem.interface import (
 )
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
-from planner.problem.zones import ground_action
+from planner.problem.zones import ground_again
 
 DEVIATIONS = (1.0, 2.0)
 """By how many standard deviations durations are prolonged."""
@@ -122,11 +123,10 @@ class OnTimeEngine(WrappingEngine):
         """What a plan-net does, with the durations of the problem; None if that is no plan."""
         whole = replace(problem, goals=plan_net.goals)
         try:
-            sequence = [
-                ground_action(action.tag, action.arguments, whole, self._base, phase=action.phase)
-                for action in linearisation(plan_net)
-            ]
+            sequence = [ground_again(action, whole, self._base) for action in linearisation(plan_net)]
             timed = complete_plan_net(sequence, whole, self._base, StaticFacts(self._base, whole))
+            if isinstance(timed, PlanNet):
+                timed = Replenishment(whole, self._base).supplied(timed)
             if isinstance(timed, str):
                 return None
             confirm(timed, whole, self._base)

@@ -17,7 +17,7 @@ from dataclasses import replace
 from itertools import combinations
 
 from planner.bounds import lower_bound_s
-from planner.engines.wrapping import WrappingEngine
+from planner.engines.wrapping import TimeProgress, WrappingEngine
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import (
@@ -29,9 +29,9 @@ from planner.problem.interface import (
     PlanningRequest,
     PlanningResult,
     PlanningStatus,
-    Progress,
 )
-from planner.problem.solving import TimeLimitedEngine
+from planner.problem.preference import PreferenceChoice, judged
+from planner.problem.solving import ROUNDING_S, TimeLimitedEngine
 
 EXACT_UP_TO = 10
 """Optional goals of which every subset is considered."""
@@ -39,7 +39,7 @@ EXACT_SHARE = 0.6
 """The share of the time limit after which subsets are no longer considered in the order of their values."""
 SEARCH_SHARE = 0.8
 """The share of the time limit after which no further subset is tried; the rest is for the chosen one's plan."""
-ROUNDING_S = 0.05
+OUT_OF_TIME = "the time for planning was up"
 VALUE_ROUNDING = 1e-9
 
 Subset = frozenset[Fact]
@@ -67,19 +67,6 @@ class OversubscriptionEngine(WrappingEngine):
         return search.result(self._exact_up_to)
 
 
-class _ValueProgress(Observer):
-    """Passes on that time goes by; makespans and bounds of subsets are none of the whole."""
-
-    def __init__(self, observer: Observer) -> None:
-        self._observer = observer
-
-    def progress(self, progress: Progress) -> None:
-        self._observer.progress(replace(progress, makespan_s=None, lower_bound_s=None))
-
-    def should_stop(self) -> bool:
-        return self._observer.should_stop()
-
-
 class _Search:
     """The choice among the optional goals of one problem."""
 
@@ -98,7 +85,7 @@ class _Search:
         self._observer = observer
         self._values = {goal: problem.values[goal] for goal in problem.goals if goal in problem.values}
         self._optional = sorted(self._values, key=lambda goal: (-self._values[goal], goal))
-        self._trials = TimeLimitedEngine(engine, request, _ValueProgress(observer))
+        self._trials = TimeLimitedEngine(engine, request, TimeProgress(observer))
         self._known: dict[Subset, PlanningResult] = {}
         self._bounds: dict[Subset, bool] = {}
         self._impossible: list[Subset] = []
@@ -216,12 +203,12 @@ class _Search:
 
     def _planned(self, stated: PlanningProblem, effort_s: float | None) -> PlanningResult:
         request = replace(self._request, effort_s=effort_s, time_limit_s=max(self._trials.timer.left_s, 0.05))
-        return self._engine.plan(stated, request, _ValueProgress(self._observer))
+        return self._engine.plan(stated, request, TimeProgress(self._observer))
 
     def _stated(self, some: Subset) -> PlanningProblem:
         """The problem of the subset and all that is not optional."""
         goals = tuple(goal for goal in self._problem.goals if goal not in self._values or goal in some)
-        return replace(self._problem, goals=goals, values={})
+        return replace(self._problem, goals=goals, values={}, preferences=())
 
     def _makespan_s(self, some: Subset) -> float:
         plan_net = self._tried(some).plan_net
@@ -231,9 +218,13 @@ class _Search:
         """The chosen subset's plan, as good as the time allows."""
         left_out = self._left_out(chosen, why)
         first = self._known[chosen]
-        result = self._trials.plan_if_time(self._stated(chosen))
+        preferences = self._problem.preferences  # what goals are worth comes before them
+        result = self._trials.plan_if_time(replace(self._stated(chosen), preferences=preferences))
         if result is None or result.plan_net is None or (result.plan_net.late and not _is_late(first)):
             result = first
+            if preferences and first.plan_net is not None:
+                outcomes = judged(preferences, first.plan_net, otherwise=OUT_OF_TIME)
+                result = replace(first, preferences=PreferenceChoice(outcomes=outcomes, is_cut_short=True))
         seconds = round(self._trials.timer.elapsed_s, 4)
         if result.plan_net is not None and not result.plan_net.goals:
             reasons = "; ".join(f"{one.goal}: {one.reason}" for one in left_out)
@@ -271,7 +262,7 @@ class _Search:
             return "no plan is quick enough for it and what is worth more"
         tried = self._known.get(beside)
         if tried is None:
-            return "the time for planning was up"
+            return OUT_OF_TIME
         if tried.plan_net is None:
             return f"beside what is worth more: {tried.reason or tried.status.value}"
         late = tried.plan_net.late

@@ -13,7 +13,6 @@ without them, which bounds the search.
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 from math import inf
 
 from planner.engines.plan_net_completion import complete_plan_net, confirm
@@ -22,7 +21,7 @@ from planner.errors import InvalidPlan
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.phrases import denial, enumeration
-from planner.plan_nets.plan_net import PlanNet
+from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 from planner.plan_nets.progression import apply_action
 from planner.plan_nets.validation import linearisation
 from planner.problem.access import peripherals_of, with_access
@@ -38,7 +37,7 @@ from planner.problem.interface import (
 )
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
-from planner.problem.zones import ground
+from planner.problem.zones import groundings
 
 Way = tuple[str, str]
 """From a place to another."""
@@ -138,10 +137,9 @@ class PeripheralEngine(WrappingEngine):
             return None
         return plan_net if isinstance(plan_net, PlanNet) else None
 
-    def _completed(self, sequence: Sequence[GroundAction], problem: PlanningProblem) -> PlanNet | str:
-        names = GroundAction.__dataclass_fields__
-        plain = [GroundAction(**{name: getattr(action, name) for name in names}) for action in sequence]
-        attended = attend([with_access(action, problem, self._base) for action in plain], problem, self._base)
+    def _completed(self, sequence: Sequence[PlanNetAction], problem: PlanningProblem) -> PlanNet | str:
+        plain = [with_access(action.unscheduled(), problem, self._base) for action in sequence]
+        attended = attend(plain, problem, self._base)
         whole = replace(problem, goals=attended.goals)
         statics = StaticFacts(self._base, whole)
         plan_net = complete_plan_net(attended.sequence, whole, self._base, statics)
@@ -154,22 +152,14 @@ def operations(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> Itera
     """Every action that a peripheral could carry out, quickest first."""
     names = peripherals_of(problem, knowledge_base)
     file = knowledge_base.file
-    found = []
+    found: list[GroundAction] = []
     for op in knowledge_base.operators_among(set(problem.objects.values())):
-        choices = [
-            [name for name, kind in sorted(problem.objects.items()) if file.is_a(kind, wanted)]
-            for wanted in op.parameters.values()
-        ]
-        if not op.agents or not all(
-            names.issuperset(choices[list(op.parameters).index(a)]) for a in op.agents
-        ):
-            continue
-        for values in product(*choices):
-            binding = dict(zip(op.parameters, values, strict=True))
-            if knowledge_base.misfit(op, binding, problem.objects) is None:
-                action = ground(op, binding, problem, knowledge_base)
-                if action is not None:
-                    found.append(action)
+        kinds = [op.parameters[agent] for agent in op.agents]
+        able = {
+            name for name, kind in problem.objects.items() if any(file.is_a(kind, wanted) for wanted in kinds)
+        }
+        if op.agents and able <= names:
+            found += groundings(op, problem, knowledge_base)
     return iter(sorted(found, key=lambda action: (action.duration_s, str(action))))
 
 
@@ -239,7 +229,7 @@ def _bringing_about(fact: Fact, able: Sequence[GroundAction], state: Collection[
 
 def _cost(plan_net: PlanNet) -> tuple[float, float]:
     """Seconds of lateness and of makespan."""
-    return sum(plan_net.late.values()), plan_net.makespan_s
+    return plan_net.late_s, plan_net.makespan_s
 
 
 def _options(problem: PlanningProblem) -> dict[str, tuple[frozenset[Way], ...]]:

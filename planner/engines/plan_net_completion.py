@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from planner.errors import InvalidPlan, KnowledgeBaseError
+from planner.errors import InvalidPlan, KnowledgeBaseError, OrderNotKept
 from planner.explanation.recruiting import recruitment_of
 from planner.interchange.up_validation import up_fault
 from planner.knowledge import GroundAction, KnowledgeBase
@@ -11,7 +11,13 @@ from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.synchronisation import keep_in_step
 from planner.plan_nets.validation import faults_of, too_early, unjustified
-from planner.problem.interface import PlanningProblem, PlanningRequest, PlanningResult, PlanningStatus
+from planner.problem.interface import (
+    Objective,
+    PlanningProblem,
+    PlanningRequest,
+    PlanningResult,
+    PlanningStatus,
+)
 from planner.problem.static_facts import StaticFacts
 
 
@@ -22,7 +28,7 @@ def complete_plan_net(
     statics: StaticFacts,
 ) -> PlanNet | str:
     """The checked plan-net with what keeps each ordering, or the reason if an action is there for no intended effect,
-    or brings about a goal too early.
+    or brings about a goal too early or before one that it is to come after.
 
     :param sequence: of whole actions, of phases, or of both.
 
@@ -30,7 +36,10 @@ def complete_plan_net(
         own mistake.
     """
     phases = [phase for action in sequence for phase in knowledge_base.phases_of(action, problem.facts)]
-    order = extract(phases, problem.facts, problem.goals, problem.stages)
+    try:
+        order = extract(phases, problem.facts, problem.goals, problem.stages, problem.after)
+    except OrderNotKept as error:
+        return str(error)
     recruitment = recruitment_of(order.actions, statics)
     plan_net = assemble(
         order,
@@ -66,9 +75,16 @@ def warm_up_validation(knowledge_base: KnowledgeBase) -> None:
     confirm(plan_net, empty, knowledge_base)
 
 
-def merit(plan_net: PlanNet) -> tuple[float, int, float]:
-    """Quantities to minimise, most important first: makespan, clearances, total work in seconds."""
-    return plan_net.makespan_s, plan_net.clearances, sum(action.duration_s for action in plan_net.actions)
+def merit(plan_net: PlanNet, objective: Objective = Objective.MAKESPAN) -> tuple[float, ...]:
+    """Quantities to minimise, most important first: the robots or the energy if these are the objective, then
+    makespan, clearances, total work in seconds."""
+    work_s = sum(action.duration_s for action in plan_net.actions)
+    usual = plan_net.makespan_s, plan_net.clearances, work_s
+    if objective is Objective.ROBOTS:
+        return len(plan_net.robots), *usual
+    if objective is Objective.ENERGY:
+        return plan_net.energy_j, *usual
+    return usual
 
 
 Outcome = tuple[PlanningStatus, PlanNet | None, str]

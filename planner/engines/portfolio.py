@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from planner.engines.optional import not_installed
 from planner.problem.interface import (
@@ -49,7 +49,7 @@ class Portfolio:
         if not engines:
             raise ValueError("a portfolio needs at least one engine")
         self.engines = tuple(engines)
-        self._missing = tuple(missing)
+        self.missing = tuple(missing)
 
     def warm_up(self) -> None:
         """Warm up every engine; a failure of one does not affect the others."""
@@ -62,26 +62,29 @@ class Portfolio:
     def plan(
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
-        relay = _Relay(observer, request.timer())
+        return self._first(problem, request, Relay(observer, request.timer())).answer
+
+    def _first(self, problem: PlanningProblem, request: PlanningRequest, relay: "Relay") -> "First":
+        """The first plan or proof; else why there is none."""
         answers: list[PlanningResult] = []
         for index, engine in enumerate(self.engines):
+            begun_s = relay.timer.elapsed_s
             left_s = relay.timer.left_s
-            if answers and (left_s < MIN_SHARE_S or observer.should_stop()):
+            if answers and (left_s < MIN_SHARE_S or relay.should_stop()):
                 break
             share_s = left_s if engine is self.engines[-1] else left_s / 2
-            answer = _ask(engine, problem, replace(request, time_limit_s=share_s), relay)
+            answer = ask(engine, problem, replace(request, time_limit_s=share_s), relay)
             relay.learn(answer.lower_bound_s)
             if answer.plan_net is not None:
                 before = _summary(answers) if index else answer.reason
-                return self._concluded(answer, before, relay)
+                took_s = relay.timer.elapsed_s - begun_s
+                return First(answer=self.concluded(answer, before, relay), index=index, took_s=took_s)
             answers.append(answer)
             if answer.status is PlanningStatus.UNSOLVABLE:
-                return self._concluded(answer, answer.reason, relay)
-        return self._none_found(answers, observer.should_stop(), relay)
+                return First(answer=self.concluded(answer, answer.reason, relay))
+        return First(answer=self._none_found(answers, relay.should_stop(), relay))
 
-    def _none_found(
-        self, answers: Sequence[PlanningResult], stopped: bool, relay: "_Relay"
-    ) -> PlanningResult:
+    def _none_found(self, answers: Sequence[PlanningResult], stopped: bool, relay: "Relay") -> PlanningResult:
         status = min((answer.status for answer in answers), key=list(_STATUS_TEXT).index)
         reason = _summary(answers)
         if stopped:
@@ -89,12 +92,12 @@ class Portfolio:
             reason = f"stopped before a plan was found; {reason}"
         elif status is not PlanningStatus.FAILED:
             reason += "; that does not prove that there is none"
-            if self._missing:
-                reason += f". Engines that may find one or prove it are {not_installed(self._missing)}"
-        return self._concluded(PlanningResult(status=status, engine=self.name, planning_s=0.0), reason, relay)
+            if self.missing:
+                reason += f". Engines that may find one or prove it are {not_installed(self.missing)}"
+        return self.concluded(PlanningResult(status=status, engine=self.name, planning_s=0.0), reason, relay)
 
     @staticmethod
-    def _concluded(answer: PlanningResult, reason: str, relay: "_Relay") -> PlanningResult:
+    def concluded(answer: PlanningResult, reason: str, relay: "Relay") -> PlanningResult:
         """The answer as the portfolio's: its whole time, its best bound."""
         return replace(
             answer,
@@ -104,7 +107,16 @@ class Portfolio:
         )
 
 
-class _Relay(Observer):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class First:
+    """The first plan or proof, or why there is none; the place of its engine, and how long that took."""
+
+    answer: PlanningResult
+    index: int = 0
+    took_s: float = 0.0
+
+
+class Relay(Observer):
     """Passes the engines' progress on, in the portfolio's time and with the best bound any of them proved."""
 
     def __init__(self, observer: Observer, timer: Timer) -> None:
@@ -126,8 +138,8 @@ class _Relay(Observer):
         return self._observer.should_stop()
 
 
-def _ask(
-    engine: PlanningEngine, problem: PlanningProblem, request: PlanningRequest, observer: "_Relay"
+def ask(
+    engine: PlanningEngine, problem: PlanningProblem, request: PlanningRequest, observer: "Relay"
 ) -> PlanningResult:
     """The engine's answer; an exception is a `FAILED` answer, so that the others are still asked."""
     observer.progress(Progress(engine=engine.name, elapsed_s=0.0))

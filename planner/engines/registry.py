@@ -6,12 +6,16 @@ from importlib.metadata import EntryPoint
 
 from planner.engines.fast_downward import FastDownwardEngine, find_programs
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.engines.improving_portfolio import ImprovingPortfolio
 from planner.engines.on_time import OnTimeEngine
+from planner.engines.ordered import OrderedEngine
 from planner.engines.oversubscription import OversubscriptionEngine
 from planner.engines.package_engine import MakeEngine, PackageEngine, package_engines
 from planner.engines.peripherals import PeripheralEngine
 from planner.engines.portfolio import Portfolio
+from planner.engines.preferences import PreferenceEngine
 from planner.engines.recruiting import RecruitingEngine
+from planner.engines.replenishment import ReplenishingEngine
 from planner.engines.staged import StagedEngine
 from planner.engines.temporal import Aries, Lpg, TemporalEngine
 from planner.errors import UnknownEngine
@@ -55,6 +59,14 @@ def portfolio(knowledge_base: KnowledgeBase, is_installed: Callable[[str], bool]
     return Portfolio(engines, missing=missing)
 
 
+def improving_portfolio(
+    knowledge_base: KnowledgeBase, is_installed: Callable[[str], bool] = is_installed
+) -> ImprovingPortfolio:
+    """The same engines, all of which are asked: for problems of which nobody knows which engine is good at them."""
+    usual = portfolio(knowledge_base, is_installed)
+    return ImprovingPortfolio(usual.engines, missing=usual.missing)
+
+
 def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
     """One engine alone, or the portfolio.
 
@@ -71,11 +83,15 @@ def engine_named(name: str, knowledge_base: KnowledgeBase) -> PlanningEngine:
 
 
 def _whole(engine: PlanningEngine, knowledge_base: KnowledgeBase) -> PlanningEngine:
-    """The engine with what it need not know of: recruits, stages, doors and lifts, being in time, optional goals."""
+    """The engine with what it need not know of: recruits, goals in an order and in stages, doors and lifts, batteries,
+    being in time, preferences, optional goals."""
     if not isinstance(engine, HierarchicalEngine):
         engine = RecruitingEngine(engine, knowledge_base)
-    staged = PeripheralEngine(StagedEngine(engine, knowledge_base), knowledge_base)
-    return OversubscriptionEngine(OnTimeEngine(staged, knowledge_base), knowledge_base)
+    staged = StagedEngine(OrderedEngine(engine, knowledge_base), knowledge_base)
+    attending = PeripheralEngine(staged, knowledge_base)
+    lasting = ReplenishingEngine(attending, knowledge_base)
+    preferring = PreferenceEngine(OnTimeEngine(lasting, knowledge_base), knowledge_base)
+    return OversubscriptionEngine(preferring, knowledge_base)
 
 
 def _of_packages() -> Mapping[str, EntryPoint]:

@@ -6,11 +6,10 @@ from dataclasses import replace
 from planner.engines.plan_net_completion import Outcome, complete_plan_net, timed_result
 from planner.engines.wrapping import WrappingEngine
 from planner.fact import Fact
-from planner.knowledge import GroundAction
-from planner.plan_nets.plan_net import PlanNet
+from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.progression import progressed
 from planner.plan_nets.stages import goals_by_stage
-from planner.plan_nets.validation import linearisation
+from planner.plan_nets.validation import sequence_of
 from planner.problem.interface import (
     UNOBSERVED,
     Observer,
@@ -42,35 +41,40 @@ class StagedEngine(WrappingEngine):
             self._base,
             problem,
             request,
-            lambda: self._staged(problem, stages, TimeLimitedEngine(self._engine, request, observer)),
+            lambda: planned_in_stages(
+                problem, stages, TimeLimitedEngine(self._engine, request, observer), self._base
+            ),
         )
 
-    def _staged(
-        self, problem: PlanningProblem, stages: Sequence[tuple[Fact, ...]], planner: TimeLimitedEngine
-    ) -> Outcome:
-        facts = problem.facts
-        elapsed_s = 0.0
-        sequence: list[GroundAction] = []
-        for number, goals in enumerate(stages):
-            left = {goal: due_s - elapsed_s for goal, due_s in problem.deadlines_s.items() if goal in goals}
-            later = {
-                goal: start_s - elapsed_s for goal, start_s in problem.not_before_s.items() if goal in goals
-            }
-            stage = replace(
-                problem, facts=facts, goals=goals, deadlines_s=left, not_before_s=later, stages={}
-            )
-            result = planner.plan(stage)
-            if result.plan_net is None:
-                return _unplanned(result, stages, number)
-            actions = _ground(result.plan_net)
-            sequence.extend(actions)
-            facts = progressed(facts, actions)
-            elapsed_s += result.plan_net.makespan_s
-        statics = StaticFacts(self._base, problem)
-        planned = complete_plan_net(sequence, problem, self._base, statics)
-        if isinstance(planned, str):
-            return PlanningStatus.NOT_FOUND, None, planned
-        return PlanningStatus.SOLVED, planned, ""
+
+def planned_in_stages(
+    problem: PlanningProblem,
+    stages: Sequence[tuple[Fact, ...]],
+    planner: TimeLimitedEngine,
+    knowledge_base: KnowledgeBase,
+) -> Outcome:
+    """The problem's plan-net from plans for the goals up to each stage, each made from where the one before ends.
+
+    :param stages: they need not be those of the problem; of these alone the plan-net has the orderings.
+    """
+    facts = problem.facts
+    elapsed_s = 0.0
+    sequence: list[GroundAction] = []
+    for number, goals in enumerate(stages):
+        left = {goal: due_s - elapsed_s for goal, due_s in problem.deadlines_s.items() if goal in goals}
+        later = {goal: start_s - elapsed_s for goal, start_s in problem.not_before_s.items() if goal in goals}
+        stage = replace(problem, facts=facts, goals=goals, deadlines_s=left, not_before_s=later, stages={})
+        result = planner.plan(stage)
+        if result.plan_net is None:
+            return _unplanned(result, stages, number)
+        actions = sequence_of(result.plan_net)
+        sequence.extend(actions)
+        facts = progressed(facts, actions)
+        elapsed_s += result.plan_net.makespan_s
+    planned = complete_plan_net(sequence, problem, knowledge_base, StaticFacts(knowledge_base, problem))
+    if isinstance(planned, str):
+        return PlanningStatus.NOT_FOUND, None, planned
+    return PlanningStatus.SOLVED, planned, ""
 
 
 def _unplanned(result: PlanningResult, stages: Sequence[tuple[Fact, ...]], number: int) -> Outcome:
@@ -80,11 +84,3 @@ def _unplanned(result: PlanningResult, stages: Sequence[tuple[Fact, ...]], numbe
     status = PlanningStatus.NOT_FOUND if result.status is PlanningStatus.UNSOLVABLE else result.status
     before = ", ".join(map(str, stages[number - 1]))
     return status, None, f"after {before}: {result.reason or result.status.value}"
-
-
-def _ground(plan_net: PlanNet) -> list[GroundAction]:
-    """The plan-net's actions in one of its orders, without their times."""
-    names = GroundAction.__dataclass_fields__
-    return [
-        GroundAction(**{name: getattr(action, name) for name in names}) for action in linearisation(plan_net)
-    ]

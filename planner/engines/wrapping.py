@@ -1,5 +1,7 @@
 """What engines share that add something to another engine's answers."""
 
+from dataclasses import replace
+
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import Observer, PlanningEngine, Progress, warm_up
 
@@ -27,6 +29,19 @@ class FirstProgress(Observer):
     def progress(self, progress: Progress) -> None:
         if self.is_first:
             self._observer.progress(progress)
+
+    def should_stop(self) -> bool:
+        return self._observer.should_stop()
+
+
+class TimeProgress(Observer):
+    """Passes on that time goes by; makespans and bounds of varied problems are none of the whole."""
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
+
+    def progress(self, progress: Progress) -> None:
+        self._observer.progress(replace(progress, makespan_s=None, lower_bound_s=None))
 
     def should_stop(self) -> bool:
         return self._observer.should_stop()

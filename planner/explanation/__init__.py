@@ -1,9 +1,10 @@
 """Why a plan-net is as it is: what each action is for, why this robot, why this order, what makes the makespan.
 
-`explain` puts it together; `purpose`, `recruiting`, `ordering` and `timing` each answer one of the questions.
+`explain` puts it together; `purpose`, `constraining`, `recruiting`, `ordering` and `timing` answer one question each.
 """
 
-from planner.explanation.explain import ActionExplanation, Explanation, explain
+from planner.explanation.constraining import ConstraintCost
+from planner.explanation.explain import UNCONSTRAINED, ActionExplanation, Explanation, explain
 from planner.explanation.timing import Wait
 
-__all__ = ["ActionExplanation", "Explanation", "Wait", "explain"]
+__all__ = ["UNCONSTRAINED", "ActionExplanation", "ConstraintCost", "Explanation", "Wait", "explain"]

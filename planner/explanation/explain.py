@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from planner.explanation.constraining import ConstraintCost, constraint_costs
 from planner.explanation.ordering import Reasons
 from planner.explanation.purpose import chain_in_words, purposes
 from planner.explanation.recruiting import Rivals, trials, why_this_robot
@@ -11,8 +12,10 @@ from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.plan_nets.plan_net import CausalLink, PlanNet
 from planner.problem.interface import UNOBSERVED, Observer, PlanningEngine, PlanningProblem, PlanningRequest
+from planner.problem.solving import TimeLimitedEngine
 
 NOTHING: Mapping[Fact, str] = {}
+UNCONSTRAINED: Mapping[str, PlanningProblem] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,10 +40,12 @@ class ActionExplanation:
 class Explanation:
     """Why a plan-net is as it is.
 
-    `robots` says what it costs to do without each robot that was tried; `makespan` is the critical path in words.
+    `constraints` and `robots` say what it costs to keep each constraint, and to do without each robot, that was tried;
+    `makespan` is the critical path in words.
     """
 
     actions: tuple[ActionExplanation, ...]
+    constraints: tuple[ConstraintCost, ...]
     robots: Mapping[str, str]
     makespan: tuple[str, ...]
     waits: tuple[Wait, ...]
@@ -58,20 +63,26 @@ def explain(
     observer: Observer = UNOBSERVED,
     *,
     withheld: Mapping[Fact, str] = NOTHING,
+    without: Mapping[str, PlanningProblem] = UNCONSTRAINED,
 ) -> Explanation:
     """Why the plan-net is as it is.
 
     :param problem: the plan-net's.
-    :param engine: solves the problem again without each robot, to find what that costs; None: not explained.
+    :param engine: solves the problem again without each constraint and each robot, to find what that costs; None: not
+        explained.
     :param withheld: facts that the problem leaves out though they hold, each with why, in words.
+    :param without: by constraint, in words, the problem without that one.
     :param request: for these trials; its time limit is for all of them together.
     """
     names = {action.id: f"{action.id} {action.tag}" for action in plan_net.actions}
     reasons = Reasons(plan_net, names, knowledge_base)
     rivals = Rivals(plan_net, problem, knowledge_base)
     tried: Mapping[str, str] = {}
+    costs: tuple[ConstraintCost, ...] = ()
     if engine is not None:
-        tried = trials(plan_net, rivals.statics, engine, request or PlanningRequest(), observer)
+        solving = TimeLimitedEngine(engine, request or PlanningRequest(), observer)
+        costs = constraint_costs(plan_net, without, solving)
+        tried = trials(plan_net, rivals.statics, solving)
     order = _orders(plan_net, names, reasons)
     purpose = purposes(plan_net, knowledge_base)
     return Explanation(
@@ -90,6 +101,7 @@ def explain(
             )
             for action in plan_net.actions
         ),
+        constraints=costs,
         robots=dict(sorted(tried.items())),
         makespan=makespan(plan_net, names, reasons),
         waits=waits(plan_net, names, reasons),

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
+from planner.knowledge.phrases import enumeration
 from planner.plan_nets.plan_net import GOAL, INITIAL, CausalLink, PlanNet, PlanNetAction
 from planner.problem.interface import PlanningProblem
 from planner.problem.static_facts import StaticFacts
@@ -50,21 +51,38 @@ def legs_in(
     )
 
 
-def actions_of_others(
+def barred_actions(
     plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase
-) -> frozenset[str]:
-    """The actions by robots that may not be recruited for the goal that they serve (`PlanningProblem.recruits`)."""
-    if not problem.recruits:
-        return frozenset()
+) -> Mapping[str, str]:
+    """The actions that may not serve their goal, each with why, in words: by a robot that may not be recruited for it
+    (`PlanningProblem.recruits`), or at a place that is to be avoided for it (`avoids`).
+
+    Robots that only make way for others who work for a goal do not serve it.
+    """
+    if not problem.recruits and not problem.avoids:
+        return {}
     statics = StaticFacts(knowledge_base, problem)
     goals = goals_by_action(plan_net, statics.things)
-    return frozenset(
-        action.id
-        for action in plan_net.actions
-        if action.id in goals
-        and (allowed := problem.recruits.get(goals[action.id])) is not None
-        and not (allowed | statics.peripherals).issuperset(action.agents)
-    )
+    workers: dict[Fact, set[str]] = defaultdict(set)
+    for action in plan_net.actions:
+        if action.id not in goals or _is_setup(action, statics.things):
+            continue
+        things = statics.things.intersection(goals[action.id].args)
+        if not things or not things.isdisjoint(action.arguments.values()):
+            workers[goals[action.id]].update(action.agents)
+    found: dict[str, str] = {}
+    for action in plan_net.actions:
+        goal = goals.get(action.id)
+        if goal is None or workers[goal].isdisjoint(action.agents):
+            continue
+        allowed = problem.recruits.get(goal)
+        others = () if allowed is None else set(action.agents) - allowed - statics.peripherals
+        places = problem.avoids.get(goal, frozenset()).intersection(action.arguments.values())
+        if others:
+            found[action.id] = f"{enumeration(sorted(others))} may not be recruited for {goal}"
+        elif places:
+            found[action.id] = f"{enumeration(sorted(places))} is not to be used for {goal}"
+    return found
 
 
 def goals_by_action(plan_net: PlanNet, things: frozenset[str]) -> Mapping[str, Fact]:

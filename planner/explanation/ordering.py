@@ -36,6 +36,7 @@ class Reasons:
             OrderingReason.THREAT: self._threat,
             OrderingReason.RESOURCE: self._resource,
             OrderingReason.STAGE: self._stage,
+            OrderingReason.ORDER: self._order,
         }[ordering.reason](ordering)
         return words + self._kept(ordering)
 
@@ -80,6 +81,15 @@ class Reasons:
         return f"{enumeration(sorted(both))} can do only one at a time"
 
     def _stage(self, ordering: Ordering) -> str:
-        achieved = [phrase(self._base, fact) for fact in self._given[ordering.before, GOAL]]
-        what = f"that {enumeration(achieved)}" if achieved else self._names[ordering.before]
+        achieved = self._achieved(ordering.before)
+        what = f"that {achieved}" if achieved else self._names[ordering.before]
         return f"the goal asks for {what} before {self._names[ordering.after]}"
+
+    def _order(self, ordering: Ordering) -> str:
+        earlier = self._achieved(ordering.before) or f"{self._names[ordering.before]} has ended"
+        later = self._achieved(ordering.after) or f"{self._names[ordering.after]} begins"
+        return f"the plan is edited so that {later} only once {earlier}"
+
+    def _achieved(self, action: str) -> str:
+        """The goals that an action achieves, in words; empty if there are none."""
+        return enumeration([phrase(self._base, fact) for fact in self._given[action, GOAL]])

@@ -7,14 +7,7 @@ from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.phrases import denial, enumeration, naturally_sorted, nothing, phrase
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
-from planner.problem.interface import (
-    Observer,
-    PlanningEngine,
-    PlanningProblem,
-    PlanningRequest,
-    PlanningResult,
-    PlanningStatus,
-)
+from planner.problem.interface import PlanningProblem, PlanningResult, PlanningStatus
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 from planner.relaxation import Relaxation
@@ -66,18 +59,8 @@ MAX_TRIALS = 8
 MAX_NAMED = 3
 
 
-def trials(
-    plan_net: PlanNet,
-    statics: StaticFacts,
-    engine: PlanningEngine,
-    request: PlanningRequest,
-    observer: Observer,
-) -> Mapping[str, str]:
-    """By robot, in words, what the best plan found without it costs, or why there is none.
-
-    The time limit is for all together.
-    """
-    solving = TimeLimitedEngine(engine, request, observer)
+def trials(plan_net: PlanNet, statics: StaticFacts, solving: TimeLimitedEngine) -> Mapping[str, str]:
+    """By robot, in words, what the best plan found without it costs, or why there is none; while time is left."""
     found: dict[str, str] = {}
     for robot in robots_by_work(plan_net)[:MAX_TRIALS]:
         result = solving.plan_if_time(statics.without({robot}))

@@ -86,6 +86,9 @@ class ActionSpec(Slot):
     metres and uses in joules.
 
     phases_when: static facts without which the times within it do not count: its agent then carries it out as one.
+    changes: numbers that it changes evenly while it lasts, e.g. `wear(tool) += 0.01`.
+    until: the number for which it is done, and how far it is changed at most, e.g. `battery(robot) <= 0.9`. It lasts as
+     long as the plan needs, at least `duration`; plans hold it where a number would leave what is to be kept.
     """
 
     identifier: int = Field(ge=1)
@@ -99,6 +102,8 @@ class ActionSpec(Slot):
     intended_effects: tuple[str, ...] = Field(min_length=1)
     other_effects: tuple[str, ...]
     phases_when: tuple[str, ...] = ()
+    changes: tuple[str, ...] = ()
+    until: str = ""
     duration: Formula
     distance: Formula = "0"
     energy: Formula = "0"

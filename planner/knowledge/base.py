@@ -7,8 +7,9 @@ from functools import cached_property, lru_cache
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
 from planner.knowledge.action import ActionSpec
-from planner.knowledge.comparison import Comparison, Numbers
-from planner.knowledge.expression import Functions
+from planner.knowledge.change import OWN_TERMS
+from planner.knowledge.comparison import Comparison, Numbers, Term
+from planner.knowledge.expression import Expression, Functions
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
 from planner.knowledge.phases import Phase, ground_phase, phases_of, under_way_predicate
 from planner.knowledge.schema import RELATION, TIME, KnowledgeBaseFile, PredicateSpec, QuantitySpec
@@ -160,6 +161,51 @@ class KnowledgeBase:
         op, binding = found
         effects = (*op.intended_effects, *op.other_effects)
         return [one.ground(binding) for one in op.deletes], [one.ground(binding) for one in effects]
+
+    def changed_numbers(self, action: GroundAction, functions: Functions) -> Mapping[Term, float]:
+        """By how much the action, or a phase of it, changes numbers."""
+        found = self.operator_of(action) if self.actions[action.tag].changes else None
+        changed = {} if found is None else found[0].changed_numbers(found[1], functions, action)
+        for quantity, (argument, amount) in self._used.items():
+            for agent in action.agents:
+                used = amount.value({argument: agent}, functions, action.own_terms) or 0.0
+                if used:
+                    changed[quantity, (agent,)] = changed.get((quantity, (agent,)), 0.0) - used
+        return changed
+
+    def aim_of(self, action: GroundAction) -> tuple[Comparison, Term] | None:
+        """How far an action that is there for a number changes it at most, and that number; None for any other."""
+        found = self.operator_of(action) if self.actions[action.tag].until else None
+        if found is None or found[0].until is None:
+            return None
+        limit, terms = found[0].until
+        return limit, (limit.quantity, tuple(found[1][term] for term in terms))
+
+    def drain_of(self, term: Term, functions: Functions) -> float:
+        """By how much a number falls a second while no action changes it."""
+        quantity, args = term
+        binding = dict(zip(self.quantities[quantity].arguments, args, strict=True))
+        return self._drains[quantity].value(binding, functions) or 0.0
+
+    @cached_property
+    def number_functions(self) -> frozenset[str]:
+        """The functions that say by how much numbers change."""
+        read = [amount for _, amount in self._used.values()]
+        read += [*self._drains.values(), *(change.amount for op in self.operators for change in op.changes)]
+        return frozenset(name for one in read for name, _ in one.calls) - {name for name, _ in OWN_TERMS}
+
+    @cached_property
+    def _drains(self) -> Mapping[str, Expression]:
+        return {name: Expression.parse(spec.drain) for name, spec in self.quantities.items()}
+
+    @cached_property
+    def _used(self) -> Mapping[str, tuple[str, Expression]]:
+        """By quantity that agents use up by acting its argument, and by how much."""
+        return {
+            name: (next(iter(spec.arguments)), Expression.parse(spec.used))
+            for name, spec in self.quantities.items()
+            if spec.used != "0"
+        }
 
     def operator_of(self, action: GroundAction) -> tuple[Operator, Mapping[str, str]] | None:
         """The operator and the binding that the action is of, or the action that it is a phase of."""

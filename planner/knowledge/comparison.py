@@ -15,8 +15,10 @@ from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
 from planner.knowledge.literal import Literal
 
-Numbers = Mapping[tuple[str, tuple[str, ...]], float]
-"""Numeric facts: quantity and arguments → value, e.g. ("battery", ("rover_1",)) -> 0.8."""
+Term = tuple[str, tuple[str, ...]]
+"""A number by its quantity and arguments, e.g. ("battery", ("rover_1",))."""
+Numbers = Mapping[Term, float]
+"""Numeric facts, e.g. ("battery", ("rover_1",)) -> 0.8."""
 
 _SHAPE = re.compile(r"^\s*([a-z][a-z0-9_]*)\s*\(([^()]*)\)\s*(>=|<=|>|<)\s*(\S+)\s*$")
 _SIGNS = re.compile(r"[<>=]")
@@ -101,3 +103,14 @@ def condition(text: str) -> Literal:
 def number_words(value: float) -> str:
     """The shortest decimal of the number: `0.3`, `12`."""
     return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
+
+
+SHARE = "share"
+"""The unit of numbers that are read as percentages."""
+
+
+def value_words(value: float, unit: str) -> str:
+    """A number with its unit, as an operator reads it: `80 %`, `12.5 lx`, `3`."""
+    if unit == SHARE:
+        return f"{number_words(round(100 * value, 1))} %"
+    return f"{number_words(round(value, 6))} {unit}".rstrip()

@@ -20,9 +20,11 @@ from planner.knowledge.action import (
     VariantSpec,
     read_timed,
 )
+from planner.knowledge.change import DISTANCE, DURATION, ENERGY, NumberChange
+from planner.knowledge.comparison import Comparison, Term, read_comparison
 from planner.knowledge.expression import Expression, Functions, scale_term
 from planner.knowledge.literal import Literal
-from planner.knowledge.schema import DISTANCE, DURATION, TIME
+from planner.knowledge.schema import TIME
 from planner.knowledge.timing import UNDER_WAY, Span
 
 TEAM_SEPARATOR = "+"
@@ -35,7 +37,8 @@ class GroundAction:
 
     `distance_m` and `energy_j`: what all its robots together drive and use. `under_way`: it runs already when the
     plan starts; duration, distance and energy are what is left of it. `phase`, `phases`: which of how many phases of
-    the action it is (`planner.knowledge.phases`), counted from 1; 0: it is the whole action.
+    the action it is (`planner.knowledge.phases`), counted from 1; 0: it is the whole action. `level`: of an action that
+    is there for a number (`ActionSpec.until`), what this is to be at its end; None: of any other.
     """
 
     tag: str
@@ -51,6 +54,22 @@ class GroundAction:
     under_way: bool = False
     phase: int = 0
     phases: int = 0
+    level: float | None = None
+
+    @property
+    def is_kept(self) -> bool:
+        """True if a plan keeps it whatever its effects are used for: it is under way, or there for a number."""
+        return self.under_way or self.level is not None
+
+    @property
+    def own_terms(self) -> Functions:
+        """Its duration, and its distance and energy of one robot, as changes of numbers name them."""
+        team = max(len(self.agents), 1)
+        return {
+            DURATION: self.duration_s,
+            DISTANCE: self.distance_m / team,
+            ENERGY: self.energy_j / team,
+        }
 
     @property
     def effects(self) -> tuple[Fact, ...]:
@@ -92,6 +111,9 @@ class Operator:
     """By slot, when literals concern the action that say so."""
     phases_when: tuple[Literal, ...] = ()
     """Static facts without which it has no phases."""
+    changes: tuple[NumberChange, ...] = ()
+    until: tuple[Comparison, tuple[str, ...]] | None = None
+    """How far it changes the number that it is there for at most, and that number's terms, if it is there for one."""
 
     @cached_property
     def distinct(self) -> tuple[tuple[str, str], ...]:
@@ -142,6 +164,19 @@ class Operator:
             distance_m += driven_m
             energy_j += self.energy.value(alias, functions, known) or 0.0
         return round(distance_m, 3), round(energy_j, 3)
+
+    def changed_numbers(
+        self, binding: Mapping[str, str], functions: Functions, action: GroundAction
+    ) -> dict[Term, float]:
+        """By how much the action, or a phase of it, changes numbers; a team shares its distance and energy evenly."""
+        known = action.own_terms
+        changed: dict[Term, float] = {}
+        for change in self.changes:
+            told = {tuple(alias[term] for term in change.terms): alias for alias in self._aliases(binding)}
+            for args, alias in told.items():
+                key = change.quantity, args
+                changed[key] = changed.get(key, 0.0) + change.value(alias, functions, known)
+        return changed
 
     def _aliases(self, binding: Mapping[str, str]) -> Iterator[Mapping[str, str]]:
         """The binding with each list parameter bound to one member, for every choice."""
@@ -240,6 +275,8 @@ def _operator(
         duration=Expression.parse(spec.duration if variant.duration is None else variant.duration),
         distance=Expression.parse(spec.distance),
         energy=Expression.parse(spec.energy),
+        changes=tuple(map(NumberChange.parse, spec.changes)),
+        until=read_comparison(spec.until) if spec.until else None,
         spans={slot: unusual for slot in timed if (unusual := _unusual(slot, timed[slot]))},
         phases_when=tuple(_expand(read_timed(PRECONDITIONS, spec.phases_when), chosen, teams)),
     )

@@ -12,6 +12,7 @@ from planner.knowledge.action import (
     PRECONDITIONS,
     USUAL_SPANS,
     ActionSpec,
+    Formula,
     ParameterSpec,
     Slot,
     Tag,
@@ -19,16 +20,14 @@ from planner.knowledge.action import (
     Word,
     span_in,
 )
-from planner.knowledge.comparison import Comparison, number_words, read_comparison
+from planner.knowledge.change import DISTANCE, DURATION, ENERGY, OWN_TERMS, NumberChange
+from planner.knowledge.comparison import Comparison, number_words, read_comparison, value_words
 from planner.knowledge.expression import DURATION_SCALE, Expression
 from planner.knowledge.literal import Literal
 from planner.knowledge.timing import UNDER_WAY
 
 TIME = "time"
 RELATION = "relation"
-DURATION = ("duration", ())
-DISTANCE = ("distance", ())
-"""The action's own duration and one robot's distance, as its energy names them: `duration()`, `distance()`."""
 VALUE = "value"
 """The number in a quantity's phrase."""
 ANY = "any"
@@ -78,6 +77,9 @@ class QuantitySpec(Slot):
     unit: of the value, as an operator reads it; `share` is 0 to 1 and read as a percentage.
     range: the least and the greatest value; null: unlimited.
     counts: facts whose number it is, e.g. `object_position(any, in, robot)`; it cannot be set then.
+    kept: the least and the greatest value that plans let it have; null: any (`planner.problem.number_courses`).
+    used: by how much it falls by each action of an agent that is its one argument, e.g. `energy() / capacity_j(robot)`.
+    drain: by how much it falls a second while no action changes it, e.g. `4.5 / capacity_j(robot)`.
     phrase: what an operator reads, e.g. `{robot}'s battery is at {value}`.
     """
 
@@ -85,12 +87,36 @@ class QuantitySpec(Slot):
     unit: str = Field(default="", max_length=40)
     range: tuple[float | None, float | None] = (None, None)
     counts: str = ""
+    kept: tuple[float | None, float | None] = (None, None)
+    used: Formula = "0"
+    drain: Formula = "0"
     phrase: str = ""
+
+    @property
+    def is_kept(self) -> bool:
+        """True if plans keep it within limits."""
+        return self.kept != (None, None)
+
+    @property
+    def span(self) -> float:
+        """How far its values lie apart; 1 if its range is not limited at both ends."""
+        least, most = self.range
+        return 1.0 if least is None or most is None else most - least
 
     def admits(self, value: float) -> bool:
         """True if the value lies within the range."""
         least, most = self.range
         return (least is None or value >= least) and (most is None or value <= most)
+
+    def words(self, name: str, args: Iterable[str], value: float) -> str:
+        """The number as an operator reads it: `rover_1's battery is at 80 %`.
+
+        :param name: of the quantity.
+        """
+        fields = dict(zip(self.arguments, args, strict=True))
+        if not self.phrase:
+            return f"{name}({', '.join(fields.values())}) is {value_words(value, self.unit)}"
+        return self.phrase.format(**fields, **{VALUE: value_words(value, self.unit)})
 
     @property
     def range_words(self) -> str:
@@ -152,7 +178,7 @@ class KnowledgeBaseFile(Slot):
         for name in self.types:
             self._check_ancestry(name)
         for name, arguments in self.functions.items():
-            if name in (DURATION_SCALE, DURATION[0], DISTANCE[0]):
+            if name in (DURATION_SCALE, DURATION[0], DISTANCE[0], ENERGY[0]):
                 raise _at(f"functions.{name}", "every knowledge base has it already; choose another name")
             for argument in arguments:
                 _known("type", argument, self.types, f"functions.{name}")
@@ -205,7 +231,16 @@ class KnowledgeBaseFile(Slot):
         if VALUE in quantity.arguments:
             raise _at(f"{where}.arguments.{VALUE}", f"{VALUE} is the number itself; choose another name")
         _check_fields(quantity.phrase, "argument", (*quantity.arguments, VALUE), f"{where}.phrase")
+        for bound in quantity.kept:
+            if bound is not None and not quantity.admits(bound):
+                raise _at(f"{where}.kept", f"{name} is {quantity.range_words}, not {number_words(bound)}")
+        _check_expression(self, quantity.arguments, quantity.drain, f"{where}.drain")
+        _check_expression(self, quantity.arguments, quantity.used, f"{where}.used", own=OWN_TERMS)
+        if quantity.used != "0" and len(quantity.arguments) != 1:
+            raise _at(f"{where}.used", f"{name} takes one argument, the agent")
         if quantity.counts:
+            if quantity.is_kept or (quantity.drain, quantity.used) != ("0", "0"):
+                raise _at(f"{where}.counts", f"{name} is counted from facts, so that plans cannot keep it")
             types = {ANY: "", **quantity.arguments}
             _check_literal(self, types, quantity.counts, f"{where}.counts")
 
@@ -228,10 +263,35 @@ def _check_action(base: KnowledgeBaseFile, action: ActionSpec, where: str) -> No
     for position, variant in enumerate(action.variants):
         _check_variant(base, action, variant, f"{where}.variants.{position}")
         _check_times(base, action, variant, where)
-    _check_expression(base, action, action.duration, f"{where}.duration")
-    _check_expression(base, action, action.distance, f"{where}.distance")
-    _check_expression(base, action, action.energy, f"{where}.energy", own=(DURATION, DISTANCE))
+    _check_expression(base, types, action.duration, f"{where}.duration")
+    _check_expression(base, types, action.distance, f"{where}.distance")
+    _check_expression(base, types, action.energy, f"{where}.energy", own=(DURATION, DISTANCE))
+    _check_changes(base, action, types, where)
     _check_fields(action.description, "parameter", names, f"{where}.description")
+
+
+def _check_changes(base: KnowledgeBaseFile, action: ActionSpec, types: Mapping[str, str], where: str) -> None:
+    """Check the numbers that an action changes, and the one that its duration depends on."""
+    for position, text in enumerate(action.changes):
+        place = f"{where}.changes.{position}"
+        try:
+            change = NumberChange.parse(text)
+        except KnowledgeBaseError as error:
+            raise _at(place, str(error)) from error
+        _known("quantity", change.quantity, base.quantities, place)
+        quantity = base.quantities[change.quantity]
+        if quantity.counts:
+            raise _at(place, f"{change.quantity} is counted from facts; change these")
+        _check_terms(base, types, Literal(change.quantity, change.terms), quantity.arguments, place)
+        _check_expression(base, types, change.amount.text, place, own=OWN_TERMS)
+    if action.until:
+        place = f"{where}.until"
+        if not _check_comparison(base, types, action.until, place):
+            raise _at(place, f"{action.until!r} is not of the form quantity(term, …) <= number, or with >=")
+        read = read_comparison(action.until)
+        changed = [NumberChange.parse(text) for text in action.changes]
+        if read is None or (read[0].quantity, read[1]) not in [(one.quantity, one.terms) for one in changed]:
+            raise _at(place, f"{action.name} does not change that number: state it in `changes`")
 
 
 def _check_parameter(base: KnowledgeBaseFile, parameter: ParameterSpec, names: list[str], where: str) -> None:
@@ -261,7 +321,7 @@ def _check_variant(base: KnowledgeBaseFile, action: ActionSpec, variant: Variant
         _known("size", str(size), [str(choice) for choice in lists[name]], f"{where}.teams.{name}")
     _check_literals(base, variant, {**types, **variant.types}, where)
     if variant.duration is not None:
-        _check_expression(base, action, variant.duration, f"{where}.duration")
+        _check_expression(base, types, variant.duration, f"{where}.duration")
 
 
 def _check_times(base: KnowledgeBaseFile, action: ActionSpec, variant: VariantSpec, where: str) -> None:
@@ -381,17 +441,16 @@ def _check_terms(
 
 def _check_expression(
     base: KnowledgeBaseFile,
-    action: ActionSpec,
+    types: Mapping[str, str],
     text: str,
     where: str,
     own: tuple[tuple[str, tuple[str, ...]], ...] = (),
 ) -> None:
-    """:param own: terms the expression may have beside the functions."""
+    """:param types: of the parameters. :param own: terms the expression may have beside the functions."""
     try:
         calls = [call for call in Expression.parse(text).calls if call not in own]
     except KnowledgeBaseError as error:
         raise _at(where, str(error)) from error
-    types = {parameter.name: parameter.type for parameter in action.parameters}
     for name, terms in calls:
         _known("function", name, [*base.functions, *(f"{term}()" for term, _ in own)], where)
         for term in terms:

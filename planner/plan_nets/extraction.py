@@ -10,12 +10,13 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from planner.errors import InvalidPlan
+from planner.errors import CyclicOrder, InvalidPlan, OrderNotKept
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 from planner.plan_nets.causality import FROM_START, Link, causal_links
+from planner.plan_nets.orders import Orders, order_pairs, unkept
 from planner.plan_nets.plan_net import OrderingReason
-from planner.plan_nets.precedence import Precedence
+from planner.plan_nets.precedence import Precedence, in_sequence
 from planner.plan_nets.progression import apply_action
 from planner.plan_nets.redundancy import without_redundant
 from planner.plan_nets.stages import Stages, stage_orderings, without_redundant_by_stage
@@ -35,11 +36,15 @@ def extract(
     facts: frozenset[Fact],
     goals: Sequence[Fact],
     stages: Stages | None = None,
+    after: Orders | None = None,
 ) -> PartialOrder:
     """The partial order of a sequence that solves the problem, without its redundant actions.
 
     :param stages: the order among the goals; None: there is none.
+    :param after: by goal, the goals after which it is to come true; the sequence may have another order. None: there
+        are none.
     :raises InvalidPlan: if the sequence does not solve it, goals being achieved by intended effects only.
+    :raises OrderNotKept: if no order of these actions has the goals come true as they are to.
     """
     if (fault := fault_of(sequence, facts, goals)) is not None:
         raise InvalidPlan(fault)
@@ -51,7 +56,29 @@ def extract(
     pairs = _orderings(actions, links)
     for pair in stage_orderings(actions, facts, goals, stages) if stages else ():
         pairs.setdefault(pair, OrderingReason.STAGE)
+    asked = order_pairs(actions, links, after) if after else {}
+    if any(later <= earlier for earlier, later in asked):
+        # In the new sequence the goals have the same achievers or earlier ones, so it is in order.
+        return extract(_reordered(actions, pairs, asked), facts, goals, stages, after)
+    for pair in asked:
+        pairs.setdefault(pair, OrderingReason.ORDER)
     return PartialOrder(actions=actions, links=links, orderings=_reduced(pairs))
+
+
+def _reordered(
+    actions: Sequence[GroundAction],
+    pairs: Mapping[tuple[int, int], OrderingReason],
+    asked: Mapping[tuple[int, int], tuple[Fact, Fact]],
+) -> list[GroundAction]:
+    """The actions in an order of theirs in which goals come true as asked, as near to the given one as can be.
+
+    :raises OrderNotKept: if there is none.
+    """
+    try:
+        order = in_sequence(len(actions), [*pairs, *asked])
+    except CyclicOrder as error:
+        raise OrderNotKept(unkept(Precedence.of(len(actions), pairs), asked)) from error
+    return [actions[position] for position in order]
 
 
 def fault_of(sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]) -> str | None:

@@ -41,6 +41,9 @@ class OrderingReason(StrEnum):
     THREAT = "threat"  # in the other order, one would delete the fact of a causal link
     RESOURCE = "resource"  # the same robot does both
     STAGE = "stage"  # the earlier action achieves a goal that comes before those of the later one
+    ORDER = (
+        "order"  # the later action achieves a goal that is to come true only after that of the earlier one
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,6 +58,10 @@ class PlanNetAction(GroundAction):
     latest_start_s: float
     description: str
     not_before_s: float = 0.0
+
+    def unscheduled(self) -> GroundAction:
+        """The action without its time window and id."""
+        return GroundAction(**{name: getattr(self, name) for name in GroundAction.__dataclass_fields__})
 
     @property
     def earliest_end_s(self) -> float:
@@ -108,6 +115,11 @@ class PlanNet:
     @property
     def makespan_s(self) -> float:
         return max((action.earliest_end_s for action in self.actions), default=0.0)
+
+    @property
+    def late_s(self) -> float:
+        """By how much goals miss their deadlines, together."""
+        return sum(self.late.values())
 
     @property
     def distance_m(self) -> float:

@@ -5,6 +5,7 @@ A set of actions is an int whose bit i stands for action i: one machine operatio
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
 
 from planner.errors import CyclicOrder
 
@@ -58,15 +59,34 @@ def members(bitset: int) -> Iterator[int]:
         bitset ^= lowest
 
 
+def in_sequence(count: int, pairs: Iterable[tuple[int, int]]) -> list[int]:
+    """The numbers below `count` in an order that the (before, after) pairs allow, always the least that may come next.
+
+    :raises CyclicOrder: if they contradict each other, naming those on cycles or behind them.
+    """
+    following: list[set[int]] = [set() for _ in range(count)]
+    for one, other in pairs:
+        following[one].add(other)
+    waiting_for = _counts(following)
+    free = [node for node, left in enumerate(waiting_for) if not left]
+    order: list[int] = []
+    while free:
+        order.append(heappop(free))
+        for other in following[order[-1]]:
+            waiting_for[other] -= 1
+            if not waiting_for[other]:
+                heappush(free, other)
+    if len(order) < count:
+        raise CyclicOrder([node for node, left in enumerate(waiting_for) if left])
+    return order
+
+
 def topological(following: Sequence[set[int]]) -> list[int]:
     """An order in which each number comes before those that follow it.
 
     :raises CyclicOrder: naming those on cycles or behind them.
     """
-    waiting_for = [0] * len(following)
-    for others in following:
-        for other in others:
-            waiting_for[other] += 1
+    waiting_for = _counts(following)
     order = [node for node, count in enumerate(waiting_for) if not count]
     for node in order:
         for other in following[node]:
@@ -76,3 +96,12 @@ def topological(following: Sequence[set[int]]) -> list[int]:
     if len(order) < len(following):
         raise CyclicOrder([node for node, count in enumerate(waiting_for) if count])
     return order
+
+
+def _counts(following: Sequence[set[int]]) -> list[int]:
+    """How many each number follows."""
+    counts = [0] * len(following)
+    for others in following:
+        for other in others:
+            counts[other] += 1
+    return counts

@@ -20,7 +20,7 @@ from planner.plan_nets.progression import apply_action
 def without_redundant(
     sequence: Sequence[GroundAction], facts: frozenset[Fact], goals: Sequence[Fact]
 ) -> tuple[GroundAction, ...]:
-    """The sequence without the actions it can do without; those under way stay.
+    """The sequence without the actions it can do without; those under way stay, and those that are there for a number.
 
     :raises InvalidPlan: if a condition is not met.
     """
@@ -39,9 +39,7 @@ def _linked(
         producers[link.consumer].add(link.producer)
     # What begins an action takes the later phases of it along.
     following, orphans = next_phases(sequence)
-    running = [
-        position for position, action in enumerate(sequence) if action.under_way or position in orphans
-    ]
+    running = [position for position, action in enumerate(sequence) if action.is_kept or position in orphans]
     waiting = [len(sequence), *running]
     useful = {FROM_START, *running}
     while waiting:
@@ -59,7 +57,7 @@ def _eliminated(
 ) -> tuple[GroundAction, ...]:
     """Action elimination: each action tried, from the first on."""
     needed = indispensable(sequence, facts, goals)
-    kept = [(action, action.under_way or position in needed) for position, action in enumerate(sequence)]
+    kept = [(action, action.is_kept or position in needed) for position, action in enumerate(sequence)]
     state = set(facts)
     achieved = set(facts)
     position = 0

@@ -6,8 +6,9 @@ from itertools import zip_longest
 
 from planner.errors import CyclicOrder
 from planner.fact import Fact
-from planner.knowledge import KnowledgeBase
+from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.extraction import fault_of
+from planner.plan_nets.orders import Orders
 from planner.plan_nets.plan_net import GOAL, INITIAL, ROUNDING_S, CausalLink, PlanNet, PlanNetAction
 from planner.plan_nets.precedence import Precedence, members
 
@@ -58,6 +59,11 @@ def precedence_of(plan_net: PlanNet, number: Mapping[str, int]) -> Precedence:
 def linearisation(plan_net: PlanNet) -> tuple[PlanNetAction, ...]:
     """The actions by earliest start."""
     return tuple(sorted(plan_net.actions, key=lambda action: (action.earliest_start_s, int(action.id[1:]))))
+
+
+def sequence_of(plan_net: PlanNet) -> list[GroundAction]:
+    """The actions by earliest start, without their times."""
+    return [action.unscheduled() for action in linearisation(plan_net)]
 
 
 def _support_faults(plan_net: PlanNet, facts: frozenset[Fact]) -> list[str]:
@@ -168,6 +174,29 @@ def too_early(plan_net: PlanNet) -> list[str]:
     ]
 
 
+def broken_orders(plan_net: PlanNet, after: Orders) -> list[tuple[Fact, Fact]]:
+    """The goals that may come true before one after which they are to, each with that one.
+
+    :raises CyclicOrder: if the plan-net's orderings contradict each other.
+    """
+    if not after:
+        return []
+    number = {action.id: place for place, action in enumerate(plan_net.actions)}
+    achieved = {link.fact: link.producer for link in plan_net.causal_links if link.consumer == GOAL}
+    precedence = precedence_of(plan_net, number)
+    return [
+        (goal, before)
+        for goal, earlier in after.items()
+        if achieved.get(goal, INITIAL) != INITIAL
+        for before in sorted(earlier)
+        if achieved.get(before, INITIAL) != INITIAL
+        for action in plan_net.actions
+        if goal in action.effects
+        and not action.under_way
+        and not precedence.before[number[action.id]] >> number[achieved[before]] & 1
+    ]
+
+
 def unjustified(plan_net: PlanNet, knowledge_base: KnowledgeBase) -> list[str]:
     """The actions that are there for no intended effect of their own and do not make way, in words.
 
@@ -189,7 +218,7 @@ def unjustified_actions(
         uses[link.producer].append(link.fact)
 
     def is_meant(action: PlanNetAction) -> bool:
-        return action.under_way or any(
+        return action.is_kept or any(
             fact in action.intended_effects or knowledge_base.predicates[fact.predicate].make_way
             for fact in uses[action.id]
             if fact.predicate not in knowledge_base.under_way

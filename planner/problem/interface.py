@@ -10,6 +10,7 @@ from planner.fact import Fact
 from planner.knowledge import Numbers
 from planner.plan_nets.forecast import Spreads
 from planner.plan_nets.plan_net import PlanNet, Senses
+from planner.problem.preference import Preference, PreferenceChoice
 from planner.problem.timer import Clock, Timer
 
 
@@ -54,15 +55,18 @@ class PlanningProblem:
     `not_before_s` before when it is not to become true: the action that achieves it does not start earlier, so that it
     is not true earlier however quick the action is; what holds already is left so.
     `priorities` how much its lateness counts, higher is more urgent, 0 unless told. `stages` is the order among goals:
-    those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told. `numbers` are the
+    those of a higher stage are pursued once those of the lower ones are achieved; 0 unless told. `after`: by goal, the
+    goals before whose achievement it is not to become true (`planner.plan_nets.orders`). `numbers` are the
     numeric facts that the facts of compared quantities follow from; they explain why a goal has no plan. `crossings`:
     the zones for one agent at a time that the way from one place to another enters or leaves (`planner.problem.zones`).
     `senses`: what robots perceive, of those that do not perceive all that is sensed; it decides what keeps orderings.
     `access`: the states of doors, hatches and lifts that ways and places ask for (`planner.problem.access`).
-    `recruits`: by goal, the robots that may be recruited for it, where not all may; others may still make way. The
-    hierarchical engine keeps to it; plans of others that do not are refused. `spreads`: how far durations vary, for
+    `recruits`: by goal, the robots that may be recruited for it, where not all may; others may still make way.
+    `avoids`: by goal, the places that nothing done for it uses. The hierarchical engine keeps to both; plans of others
+    that do not are refused. `spreads`: how far durations vary, for
     forecasts and `Objective.ON_TIME`; no other plan depends on them. `values`: the goals that may be left out, and what
-    each is worth (> 0); then no plan for them misses a deadline (`planner.engines.oversubscription`).
+    each is worth (> 0); then no plan for them misses a deadline (`planner.engines.oversubscription`). `preferences`:
+    constraints that a plan may break at a cost (`planner.engines.preferences`); goals and deadlines come before them.
     """
 
     objects: Mapping[str, str]
@@ -73,13 +77,16 @@ class PlanningProblem:
     not_before_s: Mapping[Fact, float] = field(default_factory=dict)
     priorities: Mapping[Fact, int] = field(default_factory=dict)
     stages: Mapping[Fact, int] = field(default_factory=dict)
+    after: Mapping[Fact, frozenset[Fact]] = field(default_factory=dict)
     numbers: Numbers = field(default_factory=dict)
     crossings: Mapping[tuple[str, str], tuple[Crossing, ...]] = field(default_factory=dict)
     senses: Senses = field(default_factory=dict)
     access: Access = field(default_factory=Access)
     recruits: Mapping[Fact, frozenset[str]] = field(default_factory=dict)
+    avoids: Mapping[Fact, frozenset[str]] = field(default_factory=dict)
     spreads: Spreads = field(default_factory=dict)
     values: Mapping[Fact, float] = field(default_factory=dict)
+    preferences: tuple[Preference, ...] = ()
 
     @property
     def zones(self) -> frozenset[str]:
@@ -98,6 +105,11 @@ class Objective(StrEnum):
     )
 
 
+KEPT_S = 5.0
+"""Seconds of makespan that a kept action is worth. Our choice: about the time to release a sample; an operator who has
+seen a plan should see few changes to it."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningRequest:
     """How a problem is to be solved.
@@ -105,6 +117,8 @@ class PlanningRequest:
     :param time_limit_s: an engine answers by then, with the best plan it has.
     :param effort_s: time to improve the first plan; None leaves it to the engine, by the problem's size.
     :param seed: same problem, request and machine-independent effort (`effort_s` None): same plan-net.
+    :param like: a plan-net to keep to where that pays: each of its actions that another plan does not have counts as
+        `KEPT_S` seconds of makespan. The hierarchical engine begins with it; others do not know it.
     :param clock: what limits are measured by.
     """
 
@@ -113,6 +127,7 @@ class PlanningRequest:
     objective: Objective = Objective.MAKESPAN
     memory_limit_mb: int = 2048
     seed: int = 0
+    like: PlanNet | None = None
     clock: Clock = time.monotonic
 
     def timer(self) -> Timer:
@@ -146,6 +161,7 @@ class PlanningResult:
 
     `lower_bound_s` is a proven lower bound of the makespan: no plan is shorter. Of optional goals: `value` is what the
     achieved ones are worth together, `value_bound` what no choice that was not looked at exceeds; None without any.
+    `preferences`: which of them the plan keeps, the bound being that of plans that keep the same; None without any.
     """
 
     status: PlanningStatus
@@ -157,6 +173,7 @@ class PlanningResult:
     value: float | None = None
     value_bound: float | None = None
     left_out: tuple[LeftOut, ...] = ()
+    preferences: PreferenceChoice | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

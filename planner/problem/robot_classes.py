@@ -14,6 +14,8 @@ from planner.problem.interface import PlanningProblem
 
 ANYONE = "?"
 """Placeholder for the agent in a fact about a whole class."""
+OWN = "own"
+"""Placeholder for an object of one agent alone, its charger for instance, in what functions say of it."""
 
 
 class AgentClasses:
@@ -88,7 +90,8 @@ def _said_of(
     for goal, those in problem.recruits.items():
         for agent in known & those:
             said[agent].add(("recruited", goal))
+    places = dict.fromkeys(own, OWN)
     for (name, args), value in problem.functions.items():
         for agent in known.intersection(args):
-            said[agent].add((Fact(name, args).renamed({agent: ANYONE}), value))
+            said[agent].add((Fact(name, args).renamed({**places, agent: ANYONE}), value))
     return {agent: frozenset(said[agent]) for agent in known}

@@ -12,6 +12,8 @@ from planner.problem.interface import (
     PlanningResult,
 )
 
+ROUNDING_S = 0.05
+"""Makespans that differ by less count as equal: one this close to its lower bound as optimal."""
 MIN_SHARE_S = 0.05
 """With less time left, no further problem is started."""
 

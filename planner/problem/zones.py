@@ -8,6 +8,7 @@ it (causal links, orderings, clearances) needs no rule of its own.
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import product
 
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
@@ -25,6 +26,45 @@ def ground(
     if action is None:
         return None
     return with_zones(with_access(action, problem, knowledge_base), problem, knowledge_base)
+
+
+def groundings(
+    op: Operator,
+    problem: PlanningProblem,
+    knowledge_base: KnowledgeBase,
+    told: Mapping[str, str] | None = None,
+) -> Iterator[GroundAction]:
+    """The ground actions of an operator.
+
+    :param told: the objects that some of its parameters are bound to.
+    """
+    known = told or {}
+    is_a = knowledge_base.file.is_a
+    choices = [
+        [known[name]]
+        if name in known
+        else [one for one, kind in sorted(problem.objects.items()) if is_a(kind, wanted)]
+        for name, wanted in op.parameters.items()
+    ]
+    for values in product(*choices):
+        binding = dict(zip(op.parameters, values, strict=True))
+        if knowledge_base.misfit(op, binding, problem.objects) is None:
+            action = ground(op, binding, problem, knowledge_base)
+            if action is not None:
+                yield action
+
+
+def ground_again(
+    action: GroundAction, problem: PlanningProblem, knowledge_base: KnowledgeBase
+) -> GroundAction:
+    """The action as the problem has it; one that is there for a number lasts as long as before.
+
+    :raises KnowledgeBaseError: if it is no longer possible.
+    """
+    again = ground_action(action.tag, action.arguments, problem, knowledge_base, phase=action.phase)
+    if action.level is None:
+        return again
+    return replace(again, duration_s=action.duration_s, level=action.level)
 
 
 def ground_action(

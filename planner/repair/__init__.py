@@ -1,18 +1,25 @@
-"""Repair of plan-nets after the world has changed, and insertion of new goals into running missions."""
+"""Repair of plan-nets after the world has changed or people have pinned something, and insertion of new goals into
+running missions."""
 
-from planner.repair.difference import Difference, compare
+from planner.plan_nets.difference import Difference, compare
 from planner.repair.goal_insertion import join
+from planner.repair.pins import CannotPin, Pin, PlanHandles, edit, pinned
 from planner.repair.plan_repair import Course, Repair, repair
 from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining
 
 __all__ = [
     "NOT_BEGUN",
+    "CannotPin",
     "Course",
     "Difference",
     "MissionProgress",
+    "Pin",
+    "PlanHandles",
     "Remaining",
     "Repair",
     "compare",
+    "edit",
     "join",
+    "pinned",
     "repair",
 ]

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
+from planner.plan_nets.difference import compare
 from planner.plan_nets.plan_net import ROUNDING_S, PlanNet
 from planner.problem.interface import (
     UNOBSERVED,
@@ -18,7 +19,6 @@ from planner.problem.interface import (
 from planner.problem.solving import TimeLimitedEngine
 from planner.problem.static_facts import StaticFacts
 from planner.relaxation import is_relaxed_reachable
-from planner.repair.difference import compare
 from planner.repair.plan_repair import EXTRA_ATTEMPT_FACTOR, EXTRA_ATTEMPT_S, Course, Repair
 from planner.repair.reinsertion import insert_new_actions
 from planner.repair.remaining import MissionProgress, Remaining, in_order
@@ -121,4 +121,4 @@ def _merit(repair: Repair) -> tuple[float, float, float]:
     plan_net = repair.result.plan_net
     assert plan_net is not None
     ends_s = sum(action.earliest_end_s for action in plan_net.actions)
-    return sum(plan_net.late.values()), plan_net.makespan_s, ends_s
+    return plan_net.late_s, plan_net.makespan_s, ends_s

@@ -13,10 +13,13 @@ from planner.engines.peripherals import attend
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.chains import begun
+from planner.plan_nets.difference import Difference, compare
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.progression import apply_action
 from planner.plan_nets.redundancy import without_redundant
+from planner.problem.choices import keeping
 from planner.problem.interface import (
+    KEPT_S,
     UNOBSERVED,
     Observer,
     PlanningEngine,
@@ -25,14 +28,11 @@ from planner.problem.interface import (
     PlanningResult,
     PlanningStatus,
 )
-from planner.problem.solving import TimeLimitedEngine
-from planner.repair.difference import Difference, compare
+from planner.problem.preference import PreferenceChoice, broken_cost_s, judged
+from planner.problem.solving import MIN_SHARE_S, TimeLimitedEngine
 from planner.repair.reinsertion import insert_new_actions
 from planner.repair.remaining import MissionProgress, Remaining
 
-STABILITY_S = 5.0
-"""Default for the seconds of makespan that one kept action is worth. Our choice: about the time to release a sample;
-an operator who has approved a plan should see few changes to it."""
 OWN_NAME = "repair"
 """Name given as the engine of a plan-net that was repaired without one."""
 EXPECTED_CHANGED_SHARE = 0.5
@@ -49,6 +49,7 @@ class Course(StrEnum):
     KEPT = "kept"  # the remaining actions still achieve the goals; they are only scheduled again
     MENDED = "mended"  # the executable remaining actions are kept, the other goals are planned again
     REPLANNED = "anew"  # all goals are planned again
+    EDITED = "edited"  # planned again with what people have pinned (`planner.repair.pins`)
     JOINED = "joined"  # all remaining actions are kept, actions for added goals are inserted
 
 
@@ -95,7 +96,7 @@ def repair(
     request: PlanningRequest,
     observer: Observer = UNOBSERVED,
     *,
-    stability_s: float = STABILITY_S,
+    stability_s: float = KEPT_S,
 ) -> Repair:
     """Plan the rest of the mission, keeping the actions under way and as many of the remaining ones as pays.
 
@@ -114,9 +115,48 @@ def repair(
     :param request: its time limit is for everything together.
     :raises UnknownAction: if the progress names actions that the plan-net lacks.
     """
-    remaining = Remaining(plan_net, problem, progress, knowledge_base)
-    planner = TimeLimitedEngine(engine, request, observer)
-    return _PlanRepair(planner, remaining, stability_s).run()
+    timer = request.timer()
+
+    def repaired(stated: PlanningProblem) -> Repair:
+        remaining = Remaining(plan_net, stated, progress, knowledge_base)
+        left = replace(request, time_limit_s=max(timer.left_s, MIN_SHARE_S))
+        return _PlanRepair(TimeLimitedEngine(engine, left, observer), remaining, stability_s).run()
+
+    if not problem.preferences:
+        return repaired(problem)
+    found = _keeping_preferences(plan_net, problem, progress, repaired, stability_s)
+    return replace(found, result=replace(found.result, planning_s=round(timer.elapsed_s, 4)))
+
+
+def _keeping_preferences(
+    plan_net: PlanNet,
+    problem: PlanningProblem,
+    progress: MissionProgress,
+    repaired: Callable[[PlanningProblem], Repair],
+    stability_s: float,
+) -> Repair:
+    """The repair that keeps the preferences that the plan has kept, or one by which breaking some of them pays."""
+    kept = [preference for preference in problem.preferences if preference.is_kept_by(plan_net)]
+    found = repaired(keeping(problem, kept))
+
+    def sum_s(one: Repair) -> tuple[float, float]:
+        if one.plan_net is None:
+            return inf, inf
+        changes = 0 if one.difference is None else one.difference.changes
+        total_s = one.plan_net.makespan_s + broken_cost_s(problem.preferences, one.plan_net)
+        return one.plan_net.late_s, total_s + stability_s * changes
+
+    old_s = max((action.earliest_end_s for action in plan_net.actions), default=0.0) - progress.elapsed_s
+    worth_s = min((preference.cost_s for preference in kept), default=inf)
+    late_s, _ = sum_s(found)
+    if kept and (late_s > 0 or found.plan_net is None or found.plan_net.makespan_s > old_s + worth_s):
+        found = min(found, repaired(keeping(problem, ())), key=sum_s)
+    if found.plan_net is None:
+        return found
+    outcomes = judged(
+        problem.preferences, found.plan_net, otherwise="no better repair that keeps it was found"
+    )
+    return replace(found, result=replace(found.result, preferences=PreferenceChoice(outcomes=outcomes)))
 
 
 _Candidate = tuple[Repair, PlanNet, Difference]
@@ -219,7 +259,7 @@ class _PlanRepair:
 
     def _cost(self, candidate: _Candidate) -> tuple[float, float]:
         _, plan_net, difference = candidate
-        return sum(plan_net.late.values()), plan_net.makespan_s + self._stability_s * difference.changes
+        return plan_net.late_s, plan_net.makespan_s + self._stability_s * difference.changes
 
     def _failure(self) -> Repair:
         """The result if no attempt succeeded: the engine's last answer, which is about all goals."""

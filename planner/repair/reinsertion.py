@@ -8,7 +8,9 @@ among the kept actions.
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
+from math import inf
 
+from planner.errors import OrderNotKept
 from planner.explanation.purpose import purposes
 from planner.fact import Fact
 from planner.knowledge import GroundAction
@@ -70,6 +72,7 @@ class _Reinsertion:
         self._starts_by_s = starts_by_s
         self._facts = remaining.problem.facts
         self._goals = remaining.problem.goals
+        self._after = remaining.problem.after
         self._held = len(remaining.under_way)
         self._position = {id(action): position for position, action in enumerate(actions)}
         self._replays = REPLAYS
@@ -97,7 +100,8 @@ class _Reinsertion:
                 yield [*rest[:place], *block, *rest[place:]]
 
     def _cost(self, order: Sequence[int]) -> Cost | None:
-        """The makespan and the sum of all ends; None if it is no plan or delays what must not be."""
+        """The makespan and the sum of all ends, infinite if goals come true in another order than they are to; None if
+        it is no plan or delays what must not be."""
         sequence = [self._actions[position] for position in order]
         self._replays -= 1
         if self._replays < 0 or fault_of(sequence, self._facts, self._goals) is not None:
@@ -105,7 +109,10 @@ class _Reinsertion:
         self._schedules -= 1
         if self._schedules < 0:
             return None
-        partial = extract(sequence, self._facts, self._goals)
+        try:
+            partial = extract(sequence, self._facts, self._goals, after=self._after)
+        except OrderNotKept:
+            return inf, inf
         spans = [action.duration_s for action in partial.actions]
         starts = windows(spans, partial.orderings, {}).earliest
         of_kept = {self._position[id(a)]: start for a, start in zip(partial.actions, starts, strict=True)}

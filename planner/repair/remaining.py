@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 
 from planner.engines.peripherals import attend
 from planner.engines.plan_net_completion import complete_plan_net, confirm
+from planner.engines.replenishment import Replenishment
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
-from planner.explanation.legs import actions_of_others
+from planner.explanation.legs import barred_actions
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.extraction import fault_of
@@ -20,7 +21,7 @@ from planner.plan_nets.progression import progressed
 from planner.plan_nets.validation import linearisation
 from planner.problem.interface import PlanningProblem
 from planner.problem.static_facts import StaticFacts
-from planner.problem.zones import ground_action
+from planner.problem.zones import ground_action, ground_again
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +49,7 @@ class Remaining:
     `problem`: the one that plan-nets from now on solve, with the facts as of the start of what is under way, without
     the static facts of lost robots. `actions`: as in the plan-net. `under_way` and `rest`: as the knowledge base
     grounds them now, in an order of the plan-net; `rest` lacks those that it can no longer ground, and those
-    of robots that are no longer recruited for their goals.
+    that may no longer serve their goals (`planner.explanation.legs.barred_actions`).
     """
 
     def __init__(
@@ -64,9 +65,10 @@ class Remaining:
         _refuse_unknown(plan_net, progress)
         self.knowledge_base = knowledge_base
         self.progress = progress
+        self.goals = frozenset(problem.goals)
         able = StaticFacts(knowledge_base, problem).without(progress.lost)
         self.actions = tuple(a for a in linearisation(plan_net) if a.id not in progress.done)
-        barred = actions_of_others(plan_net, problem, knowledge_base) - progress.under_way.keys()
+        barred = barred_actions(plan_net, problem, knowledge_base).keys() - progress.under_way.keys()
         left = [
             (a, ground)
             for a in self.actions
@@ -99,20 +101,30 @@ class Remaining:
                 confirm(plan_net, problem, self.knowledge_base)
         except InvalidPlan as error:
             return str(error)
-        return plan_net if isinstance(plan_net, str) else self._refused(plan_net) or plan_net
+        if isinstance(plan_net, str):
+            return plan_net
+        replenishment = Replenishment(problem, self.knowledge_base)
+        supplied = replenishment.supplied(replenishment.sized(plan_net))
+        return supplied if isinstance(supplied, str) else self._refused(supplied) or supplied
 
     def _refused(self, plan_net: PlanNet) -> str:
         """Why a valid plan-net cannot be used; empty if it can."""
         if lost := sorted(self.progress.lost.intersection(plan_net.robots)):
             return f"{', '.join(lost)} must not be recruited"
         held_up = (a for a in plan_net.actions if a.under_way and a.earliest_start_s > ROUNDING_S)
-        return next((f"{a.id} {a.tag} is under way, yet would wait" for a in held_up), "")
+        if (one := next(held_up, None)) is not None:
+            return f"{one.id} {one.tag} is under way, yet would wait"
+        under_way = {a.id for a in plan_net.actions if a.under_way}
+        barred = barred_actions(plan_net, self.problem, self.knowledge_base)
+        return next((why for action, why in barred.items() if action not in under_way), "")
 
     def _ground(self, action: PlanNetAction, problem: PlanningProblem) -> GroundAction | None:
         """The action with its duration as expected now; None if it is no longer possible."""
         if not self.progress.lost.isdisjoint(action.agents):
             return None
         try:
+            if self.goals.isdisjoint(action.intended_effects) or action.id in self.progress.under_way:
+                return ground_again(action, problem, self.knowledge_base)
             return ground_action(
                 action.tag, action.arguments, problem, self.knowledge_base, phase=action.phase
             )

@@ -154,6 +154,8 @@ class FakeTeam:
         self.link, self._far = InMemoryLink.pair()
         self.run = run
         self.clock = ManualClock()
+        self.tick_s = TICK_S
+        """By how much the world's time goes on with each turn of the thread, some 5 ms; 0: it stands."""
         self.faults = Faults()
         self.robots: dict[str, FakeRobot] = {}
         self.true_facts: set[SymbolicFact] = set()
@@ -166,7 +168,8 @@ class FakeTeam:
         """Reports are said again until there is a receipt, as real robots do: the service takes none while its lease
         has lapsed."""
         self.replies: list[tuple[str, FactsheetAnswer]] = []
-        """What robots were told of their factsheets, in order."""
+        """What robots were told of their factsheets, in order; the same answer to what was said again counts once."""
+        self._answered: set[tuple[str | None, FactsheetAnswer]] = set()
         self.editions: list[int] = []
         self.minds: list[dict[str, str]] = []
         """With which the world was to take the places of robots' own software, by edition."""
@@ -191,7 +194,13 @@ class FakeTeam:
         self._thread.join()
 
     def tell(
-        self, name: str, *, battery: float, charging: bool = False, driven_by: str | None = None
+        self,
+        name: str,
+        *,
+        battery: float,
+        charging: bool = False,
+        driven_by: str | None = None,
+        script_id: str | None = None,
     ) -> None:
         """A robot's telemetry arrives."""
         x_m, y_m = self._point(name)
@@ -203,6 +212,7 @@ class FakeTeam:
             battery=battery,
             charging=charging,
             driven_by=driven_by,
+            script_id=script_id,
         )
         self._far.send(self._message(name, Performative.INFORM, told))
 
@@ -228,7 +238,7 @@ class FakeTeam:
                     self.faults.lost -= 1
                 elif message.receiver not in self.faults.silent and not self._is_for_nobody(message):
                     self._take(message)
-            self.clock.advance(TICK_S)
+            self.clock.advance(self.tick_s)
             for name, robot in self.robots.items():
                 if name not in self.faults.silent:
                     self._work(name, robot)
@@ -303,7 +313,9 @@ class FakeTeam:
 
     def _note_answer(self, message: Message, answer: Receipt | FactsheetAnswer) -> None:
         if isinstance(answer, FactsheetAnswer):
-            self.replies.append((message.receiver, answer))
+            if (message.in_reply_to, answer) not in self._answered:
+                self._answered.add((message.in_reply_to, answer))
+                self.replies.append((message.receiver, answer))
         else:
             self.receipts.append(message.in_reply_to or "")
             self._unconfirmed.pop(message.in_reply_to or "", None)
@@ -475,7 +487,7 @@ class FakeTeam:
                 robot.at = None
             self._report(name, robot, PacketState.RUNNING)
             return
-        robot.left_s -= TICK_S
+        robot.left_s -= self.tick_s
         if robot.left_s > 0 or self._is_let_down(packet):
             return
         dropped = name in self.faults.drops and packet.tag == "TRANSPORT"

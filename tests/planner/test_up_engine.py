@@ -6,11 +6,22 @@ import pytest
 from unified_planning.engines import PlanGenerationResultStatus as Status
 from unified_planning.environment import get_environment
 from unified_planning.plans import PlanKind
-from unified_planning.shortcuts import AnytimePlanner, OneshotPlanner, PlanValidator
+from unified_planning.shortcuts import (
+    AnytimePlanner,
+    BoolType,
+    DurativeAction,
+    EndTiming,
+    OneshotPlanner,
+    PlanValidator,
+    Problem,
+    StartTiming,
+    UserType,
+)
 from unified_planning.test.examples import get_example_problems
 
 from planner import register_with_unified_planning
 from planner.engines.fast_downward import FastDownwardEngine
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.up_engine import MactaEngine
 
 EXAMPLES = {
@@ -77,3 +88,49 @@ def test_the_anytime_planner_ends_with_its_best_plan() -> None:
         results = list(planner.get_solutions(problem, timeout=100.0))
     assert [result.status for result in results] == [Status.INTERMEDIATE, Status.SOLVED_SATISFICING]
     assert all(is_valid(problem, result.plan) for result in results)
+
+
+def talking(tables: int) -> Any:
+    """Two speakers say a word each on one channel, which each takes for two seconds; and lay tables meanwhile."""
+    speaker, channel = UserType("speaker"), UserType("channel")
+    problem = Problem("talking")
+    is_free = problem.add_fluent("is_free", BoolType(), default_initial_value=False, c=channel)
+    has_said = problem.add_fluent("has_said", BoolType(), default_initial_value=False, s=speaker)
+    is_laid = problem.add_fluent("is_laid", BoolType(), default_initial_value=False, s=speaker)
+    say = DurativeAction("say", s=speaker, c=channel)
+    say.set_fixed_duration(2)
+    say.add_condition(StartTiming(), is_free(say.c))
+    say.add_effect(StartTiming(), is_free(say.c), False)
+    say.add_effect(EndTiming(), is_free(say.c), True)
+    say.add_effect(EndTiming(), has_said(say.s), True)
+    lay = DurativeAction("lay", s=speaker)
+    lay.set_fixed_duration(3)
+    lay.add_effect(EndTiming(), is_laid(lay.s), True)
+    problem.add_actions([say, lay])
+    channels = problem.add_object("radio", channel)
+    problem.set_initial_value(is_free(channels), True)
+    for number in range(2):
+        one = problem.add_object(f"s{number}", speaker)
+        problem.add_goal(has_said(one))
+        if number < tables:
+            problem.add_goal(is_laid(one))
+    return problem
+
+
+def test_what_an_action_takes_and_gives_back_is_used_by_one_at_a_time() -> None:
+    problem = talking(tables=0)
+    with OneshotPlanner(name="macta", params={"make_engine": HierarchicalEngine}) as planner:
+        result = planner.solve(problem, timeout=20.0)
+    assert is_valid(problem, result.plan)
+    assert result.metrics["makespan_s"] == "4"
+
+
+@pytest.mark.parametrize("agents", [(), ("speaker",)])
+def test_only_agents_that_are_named_do_one_action_at_a_time(agents: tuple[str, ...]) -> None:
+    problem = talking(tables=2)
+    params = {"make_engine": HierarchicalEngine, "agents": agents}
+    with OneshotPlanner(name="macta", params=params) as planner:
+        result = planner.solve(problem, timeout=20.0)
+    assert is_valid(problem, result.plan)
+    speaking_s = 4.0
+    assert (float(result.metrics["makespan_s"]) > speaking_s) == bool(agents)

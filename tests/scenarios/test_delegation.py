@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import pytest
-
 from app.domain.lifecycles.mission import MissionState
 from app.planning.pool.pool import PlanningWorker
 from benchmarks.delegation import with_jammed_jaws
@@ -33,14 +31,11 @@ def store() -> WorldFile:
     return with_jammed_jaws(load_world("sample_store").model_copy(update={"peer_link": LinkSpec()}), "yard_1")
 
 
-def ended(
-    worker: PlanningWorker, folder: Path, seed: int, *, delegate: bool, limit_s: float = 400.0
-) -> Ended:
+def ended(worker: PlanningWorker, folder: Path, *, delegate: bool, limit_s: float = 400.0) -> Ended:
     return carry_out(
         store(),
         worker,
         folder,
-        seed=seed,
         worst=UplinkDown(),
         out_s=CUT_S,
         delegate=delegate,
@@ -48,11 +43,10 @@ def ended(
     )
 
 
-@pytest.mark.parametrize("seed", [0, 1])
 def test_an_idle_robot_does_the_leg_and_the_service_learns_it_on_contact(
-    seed: int, worker: PlanningWorker, tmp_path: Path
+    worker: PlanningWorker, tmp_path: Path
 ) -> None:
-    mission = ended(worker, tmp_path, seed, delegate=True)
+    mission = ended(worker, tmp_path, delegate=True)
     assert (mission.state, mission.came_true, mission.twice) == (MissionState.COMPLETED, True, []), mission
     facts = set(mission.facts)
     assert {"in(sample_1, bay_7)", "near(yard_1, home_yard_1)", "near(yard_2, home_yard_2)"} <= facts
@@ -68,7 +62,7 @@ def test_an_idle_robot_does_the_leg_and_the_service_learns_it_on_contact(
 
 
 def test_without_the_grant_the_mission_fails_as_before(worker: PlanningWorker, tmp_path: Path) -> None:
-    mission = ended(worker, tmp_path, 0, delegate=False, limit_s=DECIDED_S)
+    mission = ended(worker, tmp_path, delegate=False, limit_s=DECIDED_S)
     assert not mission.came_true
     assert mission.state is not MissionState.COMPLETED
     assert not any(one["type"].startswith("leg.") for one in mission.events)

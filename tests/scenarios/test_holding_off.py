@@ -2,8 +2,6 @@
 
 from functools import cache
 
-import pytest
-
 from app.cli.simulated_mission import simulate_mission
 from app.cli.trials.offline_mission import Mission, goal_problem, plan_mission
 from app.domain.world_model import initial_facts
@@ -41,7 +39,6 @@ def test_a_robot_goes_in_after_the_phase_in_which_another_leaves() -> None:
         assert any(fact.predicate == "clear" and fact in leaves.effects for fact in enters.preconditions)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_what_is_asked_for_becomes_true(seed: int) -> None:
-    ended = simulate_mission(mission(), seed=seed)
+def test_what_is_asked_for_becomes_true() -> None:
+    ended = simulate_mission(mission(), seed=0)
     assert ended.came_true, (ended.words, ended.reason)

@@ -49,10 +49,9 @@ def mission(sentence: str, start: str) -> Mission:
     ],
     ids=["filled", "two at one interchange", "emptied"],
 )
-@pytest.mark.parametrize("seed", range(2))
-def test_robots_dock_at_every_berth(start: str, sentence: str, seed: int) -> None:
+def test_robots_dock_at_every_berth(start: str, sentence: str) -> None:
     one = mission(sentence, start)
     assert len({goal.args[1] for goal in one.goals}) == len(one.goals)
-    ended = simulate_mission(one, seed=seed)
+    ended = simulate_mission(one, seed=0)
     assert {report.state for report in ended.reports} == {ScriptState.FINISHED}, ended.words
     assert ended.came_true, ended.words

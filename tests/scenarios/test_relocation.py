@@ -12,9 +12,8 @@ from sim.physics.beam import TRAVEL_M
 from sim.trials.script_runner import ScriptRunner
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_both_carry_the_sample_past_the_rocks_and_ginger_deposits_it_at_the_lander(seed: int) -> None:
-    ended = relocate(seed)
+def test_both_carry_the_sample_past_the_rocks_and_ginger_deposits_it_at_the_lander() -> None:
+    ended = relocate(seed=0)
     assert ended.succeeded, ended.words
     assert ended.slipped == 0
     assert 0.005 < ended.deflection_m < TRAVEL_M

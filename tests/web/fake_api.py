@@ -155,6 +155,10 @@ def add_goals(app: FastAPI, service: FakeService) -> None:
     def seek_alternatives(goal_id: str) -> Any:
         return JSONResponse(service.find_alternatives(goal_id), 202)
 
+    @app.post("/v1/plans/{plan_id}:edit", dependencies=v1)
+    def edit_plan(plan_id: str, body: dict[str, Any]) -> Any:
+        return JSONResponse(service.edit(plan_id, body["edits"]), 202)
+
     @app.post("/v1/goals/{goal_id}:{verb}", dependencies=v1)
     def end_planning(goal_id: str, verb: str) -> Any:
         return JSONResponse(service.stop(goal_id, verb), 202)

@@ -169,6 +169,14 @@ class FakeService:
                     "order": [],
                 }
             ],
+            "constraints": [
+                {
+                    "constraint": "avoiding bay_3",
+                    "at_least_s": 0.0,
+                    "at_most_s": 0.0,
+                    "words": "it costs no time: no plan without it is shorter",
+                }
+            ],
             "robots": {"store_1": "there is no plan without store_1"},
             "makespan": ["0.0 to 40.9 s: yard_1"],
             "waits": [],
@@ -235,6 +243,33 @@ class FakeService:
                     "issue": None,
                     "completions": [],
                 }
+            case ["park", robot, "preferably", "without", other, "and", "charged"]:
+                nothing: dict[str, Any] = {"robots": [], "without": [], "avoid": [], "keep_empty": []}
+                return {
+                    "goals": [{"predicate": "near", "args": [robot, "home"]}],
+                    "constraints": {
+                        **nothing,
+                        "after": [],
+                        "preferences": [
+                            {**nothing, "without": [other], "at_least": {}, "cost_s": 20},
+                            {**nothing, "at_least": {"battery": 0.4}, "cost_s": 60},
+                        ],
+                    },
+                    "preferences": [
+                        {
+                            "preference": f"preferably without {other}",
+                            "cost_s": 20,
+                            "conflict": f"near({robot}, home) needs {other}",
+                        },
+                        {
+                            "preference": "preferably only with robots of battery >= 0.4",
+                            "cost_s": 60,
+                            "conflict": "",
+                        },
+                    ],
+                    "issue": None,
+                    "completions": [],
+                }
             case ["move", sample]:
                 asked, choices = f"move {sample} where to?", [f"{text} to bay_{number}" for number in (1, 3)]
             case _:
@@ -294,6 +329,26 @@ class FakeService:
         goal["alternatives"] = {"state": "found", "count": 4, "reason": ""}
         self.publish("goal.alternatives_found", goal_id)
         return goal
+
+    def edit(self, plan_id: str, edits: list[dict[str, Any]]) -> dict[str, Any]:
+        """The plan is being planned with a change."""
+        self.asked.extend(edits)
+        goal = self.goals[self.plans[plan_id]["goal_id"]]
+        goal["alternatives"] = {"state": "seeking", "count": 1, "reason": "", "edited": plan_id}
+        self.publish("goal.alternatives_sought", goal["id"], edited=plan_id)
+        return goal
+
+    def edited(self, goal_id: str, *, reason: str = "") -> None:
+        """The planning of the change has ended: with a plan, or with a reason why there is none."""
+        goal = self.goals[goal_id]
+        goal["alternatives"] |= {"state": "failed" if reason else "found", "reason": reason}
+        if not reason:
+            self.find_alternatives(goal_id)
+            other = self.plans[f"{goal['plan_id']}b"]
+            difference = {"words": ["7 of 8 actions kept, ends 7 s later"], "elapsed_s": 0.0}
+            other["label"] = "yard_2 for in(sample_1, bay_1)"
+            other["repairs"] = {"plan_id": goal["plan_id"], "course": "edited", "difference": difference}
+        self.publish("goal.alternatives_failed" if reason else "goal.alternatives_found", goal_id)
 
     def approve(self, plan_id: str) -> dict[str, Any]:
         plan = self.plans[plan_id]
@@ -611,6 +666,7 @@ class FakeService:
             "engine": "fast-downward",
             "planning_s": 0.31,
             "robots": ["store_1", "yard_1"],
+            "objects": {"sample_1": "object", "bay_1": "location", "interchange_1": "location"},
             "recruitment": {
                 "yard_1": "nearest of two that reach door_1",
                 "store_1": "the only one in aisle_1",

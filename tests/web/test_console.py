@@ -82,6 +82,8 @@ def test_a_plan_says_why_it_is_as_it_is(page: Page, service: FakeService) -> Non
     why = page.get_by_test_id("why")
     why.locator("summary").click()
     expect(why).to_contain_text("yard_2 instead of yard_1: +7.2 s")
+    expect(why).to_contain_text("avoiding bay_3")
+    expect(why).to_contain_text("it costs no time: no plan without it is shorter")
     expect(why).to_contain_text("there is no plan without store_1")
 
 

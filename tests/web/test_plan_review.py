@@ -181,3 +181,45 @@ def test_why_a_plan_has_its_robots_is_shown_once_it_is_opened(plan: Page) -> Non
     shown.locator("summary").click()
     expect(shown).to_contain_text("nearest of two that reach door_1")
     expect(shown).not_to_contain_text("awarded")
+
+
+def test_a_change_is_planned_beside_the_plan_and_shown(plan: Page, service: FakeService) -> None:
+    plan.get_by_test_id("edit").locator("summary").click()
+    plan.get_by_test_id("edit-action").select_option("a2")
+    robots = plan.get_by_test_id("edit-value").locator("option")
+    expect(robots).to_have_text(["store_1", "store_2", "yard_1", "yard_2"])
+    plan.get_by_test_id("edit-value").select_option("yard_2")
+    plan.get_by_test_id("edit-plan").click()
+    expect(plan.get_by_test_id("seek-alternatives")).to_have_text("Planning the change …")
+    assert service.asked == [{"action": "a2", "robot": "yard_2"}]
+    service.edited("goal-1")
+    plan.get_by_test_id("alternatives").get_by_text("yard_2 for in(sample_1, bay_1)").click()
+    expect(plan.get_by_test_id("repairs")).to_contain_text("Edited: 7 of 8 actions kept, ends 7 s later")
+
+
+def test_what_comes_after_is_chosen_among_the_other_actions(plan: Page, service: FakeService) -> None:
+    plan.get_by_test_id("edit").locator("summary").click()
+    plan.get_by_test_id("edit-action").select_option("a2")
+    plan.get_by_test_id("edit-change").select_option(label="comes after")
+    choices = plan.get_by_test_id("edit-value").locator("option")
+    expect(choices.first).to_contain_text("a1 NAVIGATE: ")
+    expect(plan.get_by_test_id("edit-value").locator("option[value=a2]")).to_have_count(0)
+    plan.get_by_test_id("edit-action").select_option("a1")
+    expect(plan.get_by_test_id("edit-value").locator("option[value=a1]")).to_have_count(0)
+    plan.get_by_test_id("edit-value").select_option("a3")
+    plan.get_by_test_id("edit-plan").click()
+    expect(plan.get_by_test_id("seek-alternatives")).to_have_text("Planning the change …")
+    assert service.asked == [{"action": "a1", "after": "a3"}]
+
+
+def test_a_change_without_a_plan_says_why(plan: Page, service: FakeService) -> None:
+    plan.get_by_test_id("edit").locator("summary").click()
+    plan.get_by_test_id("edit-change").select_option("not_before_s")
+    plan.get_by_test_id("edit-value").fill("90")
+    plan.get_by_test_id("edit-value").press("Enter")
+    expect(plan.get_by_test_id("seek-alternatives")).to_be_disabled()
+    assert service.asked == [{"action": "a1", "not_before_s": 90}]
+    service.edited("goal-1", reason="in(sample_1, bay_1) not before 90 s from then: no plan")
+    expect(plan.get_by_test_id("search-reason")).to_have_text(
+        "in(sample_1, bay_1) not before 90 s from then: no plan"
+    )

@@ -127,11 +127,71 @@ def test_what_a_plan_leaves_out_is_told_with_its_worth_and_why(page: Page, servi
     expect(left_out.locator("li")).to_have_text([f"in(sample_3, bay_8), worth 2: {why}"])
 
 
+def test_which_preferences_a_plan_keeps_is_told_with_the_reasons(page: Page, service: FakeService) -> None:
+    service.propose(GOAL)
+    makespan_s = service.plans["plan-1"]["makespan_s"]
+    why = "the shortest plan found that keeps it takes 31.0 s longer"
+    service.plans["plan-1"]["preferences"] = {
+        "outcomes": [
+            {"preference": "preferably avoiding bay_3", "cost_s": 60.0, "kept": True, "reason": ""},
+            {"preference": "preferably without yard_1", "cost_s": 10.0, "kept": False, "reason": why},
+        ],
+        "cost_s": 10.0,
+        "bound_s": 12.0,
+        "cut_short": True,
+    }
+    service.publish("plan.proposed", "plan-1")
+    told = page.get_by_test_id("preferences")
+    expect(told).to_contain_text(
+        f"Makespan and costs are {makespan_s + 10:.1f} s together; no plan has less than 12.0 s."
+    )
+    expect(told).to_contain_text("Not every promising choice was tried.")
+    expect(told.locator("li")).to_have_text(
+        [
+            "kept: preferably avoiding bay_3",
+            f"not kept, at a cost of 10.0 s: preferably without yard_1 ({why})",
+        ]
+    )
+
+
+def test_a_sentence_shows_what_it_prefers_and_what_of_it_cannot_be_kept(
+    page: Page, service: FakeService
+) -> None:
+    page.get_by_test_id("goal-text").fill("park yard_1 preferably without yard_1 and charged")
+    expect(page.get_by_test_id("goal-terms").locator("li")).to_have_text(
+        [
+            "preferably without yard_1: cost 20 s; it cannot be kept: near(yard_1, home) needs yard_1",
+            "preferably only with robots of battery >= 0.4: cost 60 s",
+        ]
+    )
+
+
 def test_a_goal_that_is_not_to_be_true_yet_says_for_how_long(page: Page, service: FakeService) -> None:
     service.propose(GOAL, not_before_at_s=service.time_s + 20.0)
     expect(page.get_by_test_id("goal-due")).to_have_text("not before 20.0 s from now")
     service.time_s += 25.0
     expect(page.get_by_test_id("goal-due")).to_have_count(0)
+
+
+@pytest.mark.parametrize(
+    ("proven", "complete", "words"),
+    [
+        (True, True, "No plan keeps these constraints together, without any one of them there is one:"),
+        (False, True, "No plan that keeps these constraints together was found in time, without any"),
+        (True, False, "No plan keeps these constraints together; there was no time to look for fewer:"),
+    ],
+)
+def test_the_constraints_that_leave_no_plan_are_listed(
+    page: Page, service: FakeService, proven: bool, complete: bool, words: str
+) -> None:
+    constraints = ["without yard_2", "keeping empty: bay_3"]
+    conflict = {"constraints": constraints, "proven": proven, "complete": complete}
+    service.propose(
+        GOAL, state="unsolvable", outcome="unsolvable", plan_id=None, reason="", conflict=conflict
+    )
+    shown = page.get_by_test_id("goal-conflict")
+    expect(shown).to_contain_text(words)
+    expect(shown.locator("li")).to_have_text(constraints)
 
 
 @pytest.mark.parametrize(("outcome", "word"), [("unsolvable", "unsolvable"), ("timed_out", "no plan found")])

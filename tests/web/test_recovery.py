@@ -81,6 +81,15 @@ def test_what_becomes_of_failures_can_be_set_while_the_mission_runs(page: Page, 
     expect(policy).to_have_count(0)
 
 
+def test_a_focused_command_keeps_the_focus_when_the_mission_reports(page: Page, service: FakeService) -> None:
+    mission_id = under_way(page, service)
+    page.get_by_test_id("mission-pause").focus()
+    service.missions[mission_id]["reason"] = "yard_1 is late"
+    service.publish("mission.running", mission_id)
+    expect(page.get_by_test_id("mission")).to_contain_text("yard_1 is late")
+    expect(page.get_by_test_id("mission-pause")).to_be_focused()
+
+
 def test_what_is_not_known_is_listed_with_what_was_believed_last(page: Page, service: FakeService) -> None:
     expect(page.get_by_test_id("unknown")).to_have_count(0)
     first = {"predicate": "in", "args": ["sample_1", "door_1"], "source": "world file", "at_s": 0.0}

@@ -8,7 +8,7 @@ from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
 axe = pytest.importorskip("axe_playwright_python.sync_playwright")
-from playwright.sync_api import Locator, Page, expect  # noqa: E402
+from playwright.sync_api import Locator, Page, Route, expect  # noqa: E402
 
 pytestmark = pytest.mark.browser
 
@@ -69,6 +69,39 @@ def test_a_chosen_message_shows_its_words_and_its_conversation_by_keyboard(
     page.keyboard.press("Escape")
     expect(panel.locator(".saying.faint")).to_have_count(0)
     expect(page.get_by_test_id("speech-words")).to_be_hidden()
+
+
+def test_a_focused_message_keeps_the_focus_when_the_mission_reports(page: Page, service: FakeService) -> None:
+    panel = opened(page, service)
+    panel.locator("[data-saying='0']").focus()
+    service.complete("mission-1")
+    expect(page.get_by_test_id("mission-state")).to_have_text("completed")
+    expect(panel.locator("[data-saying='0']")).to_be_focused()
+
+
+def test_a_focused_message_keeps_the_focus_when_a_second_answer_arrives(
+    page: Page, service: FakeService
+) -> None:
+    name = mission(service)
+    service.say(name, "yard_1", "store_1", "ended(mission-1-store_1, a4)", 13.0)
+    held: list[Route] = []
+    page.route(
+        "**/v1/missions/*/conversation",
+        lambda route: held.append(route) if len(held) < 2 else route.continue_(),
+    )
+    panel = page.get_by_test_id("mission-speech")
+    panel.locator("summary").click()
+    while len(held) < 1:
+        page.wait_for_timeout(10)
+    service.publish("mission.running", name)
+    while len(held) < 2:
+        page.wait_for_timeout(10)
+    held[0].continue_()
+    panel.locator("[data-saying='0']").focus()
+    service.said.append(service.said[0] | {"sender": "yard_2", "conversation": "talk-2", "sent_at_s": 14.0})
+    held[1].continue_()
+    expect(panel.locator("[data-saying]")).to_have_count(4)
+    expect(panel.locator("[data-saying='0']")).to_be_focused()
 
 
 def test_messages_are_filtered_and_listed_in_a_table(page: Page, service: FakeService) -> None:

@@ -57,6 +57,7 @@ def goal_problem(
         problem,
         stages=constraints.stages_of(wanted),
         values=constraints.values_of(wanted),
+        preferences=constraints.preferences_in(world, permitted, numbers),
         numbers=numbers,
     )
 

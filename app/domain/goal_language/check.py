@@ -5,10 +5,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from app.domain.goal_language.berth_choice import remaining_samples, resolve_berths
-from app.domain.goal_language.constraints import Constraints, check_constraints
+from app.domain.goal_language.conflict_set import smallest_conflict
+from app.domain.goal_language.constraints import AppliedConstraints, Constraints, check_constraints
 from app.domain.goal_language.issues import TOO_TIGHT, GoalIssue, unknown_name
 from app.domain.goal_language.reachability import chain_from, crews_for, free_for, lacking_crew, reachers
-from app.domain.goal_language.roles import unknown_robot, with_players
+from app.domain.goal_language.roles import unknown_robot
 from app.domain.goal_language.words import choices_for, joined, natural_key
 from app.domain.world_model.beliefs import IN, NEAR, Facts, place_of
 from app.domain.world_model.berths import berths_of
@@ -18,7 +19,10 @@ from planner import KnowledgeBase, KnowledgeBaseError, number_words
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
-__all__ = ["GoalIssue", "blocking", "check_goals", "check_request"]
+__all__ = ["GoalIssue", "blocking", "check_goals", "check_request", "preference_conflicts"]
+
+MOST_TRIES = 100
+"""So many sets of constraints are tried, a few milliseconds each, for a smaller set than the first that conflicts."""
 
 
 def check_goals(
@@ -50,9 +54,7 @@ def check_request(
     knowledge_base: KnowledgeBase,
 ) -> tuple[GoalIssue, ...]:
     """All issues with the goals and the constraints on them. Conflicts of a goal after a mission are notes."""
-    _, worth = with_players(goals, constraints.worth, world)
-    goals, stages = with_players(goals, constraints.stages, world)
-    constraints = constraints.model_copy(update={"stages": stages, "worth": worth})
+    goals, constraints = constraints.of_goals(goals, world)
     issues = _issues_now(goals, constraints, world, facts, knowledge_base)
     if constraints.after:
         return tuple(replace(one, kind="note") if one.kind == "conflict" else one for one in issues)
@@ -77,9 +79,19 @@ def _issues_now(
     )
     if against or blocking(issues):
         return (*against, *issues)
-    applied = constraints.in_world(world)
-    limited = blocking(check_goals(goals, world, applied.applied_to(facts), knowledge_base))
-    withheld = tuple(sorted(applied.excluded | applied.avoided | applied.kept_empty, key=natural_key))
+
+    def limited(by: AppliedConstraints) -> tuple[GoalIssue, ...]:
+        return blocking(check_goals(goals, world, by.applied_to(facts), knowledge_base))
+
+    def conflict(parts: Sequence[Constraints]) -> bool:
+        return bool(limited(Constraints.all_of(parts).in_world(world)))
+
+    constraints = constraints.without_achieved(goals, world)
+    if not limited(constraints.in_world(world)):
+        return issues
+    blamed = smallest_conflict(constraints.parts, conflict, tries=MOST_TRIES)
+    applied = Constraints.all_of(blamed).in_world(world)
+    withheld = tuple(sorted(applied.names, key=natural_key))
     tight = tuple(
         GoalIssue(
             code=TOO_TIGHT,
@@ -87,17 +99,36 @@ def _issues_now(
             detail=applied.explaining(issue.detail),
             thing=issue.thing,
             choices=withheld,
+            constraints=tuple(word for part in blamed for word in part.words),
         )
-        for issue in limited
+        for issue in limited(applied)
     )
     return (*issues, *tight)
+
+
+def preference_conflicts(
+    goals: Sequence[SymbolicFact],
+    constraints: Constraints,
+    world: WorldFile,
+    facts: Facts,
+    knowledge_base: KnowledgeBase,
+) -> tuple[str, ...]:
+    """For each preference why no plan can keep it; empty if one may, the goals being possible without any."""
+    goals, constraints = constraints.of_goals(goals, world)
+    required = constraints.model_copy(update={"preferences": ()})
+    issues = (
+        blocking(_issues_now(goals, required.and_also(preference.constraint), world, facts, knowledge_base))
+        for preference in constraints.preferences
+    )
+    return tuple(found[0].detail if found else "" for found in issues)
 
 
 def _unknown_quantities(constraints: Constraints, knowledge_base: KnowledgeBase) -> Iterator[GoalIssue]:
     known = [
         name for name, spec in knowledge_base.quantities.items() if tuple(spec.arguments.values()) == (ROBOT,)
     ]
-    for quantity, number in constraints.at_least.items():
+    every = (constraints, *constraints.preferences)
+    for quantity, number in (item for one in every for item in one.at_least.items()):
         if quantity not in known:
             yield unknown_name("quantity", quantity, known)
         elif not (spec := knowledge_base.quantities[quantity]).admits(number):

@@ -18,6 +18,12 @@ def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clari
         elif clause.is_keep_on and last is not None and last.is_keep and last.says_end:
             clause.is_keep = True  # "keep bay_3 empty until 14:30 and bay_4 empty until 15:00"
             commands.append(clause)
+        elif _keeps_more(last, clause):
+            assert last is not None
+            clause.is_keep = True  # "keep sample_1 in bay_7 and sample_2 in bay_3"
+            clause.continues_keep = True
+            clause.is_preferred = last.is_preferred
+            commands.append(clause)
         elif clause.is_keep_on or _lacks_empty(last, clause):
             if last is None or not last.is_keep:
                 return _unknown_verb(clause, verbs)
@@ -31,7 +37,7 @@ def commands_of(clauses: Sequence[Clause], verbs: Verbs) -> list[Clause] | Clari
             commands.append(clause)
         else:
             return _unknown_verb(clause, verbs)
-    return _with_ends_before(commands)
+    return _with_ends_before(_with_ends_after(commands))
 
 
 def _with_ends_before(commands: list[Clause]) -> list[Clause]:
@@ -42,6 +48,24 @@ def _with_ends_before(commands: list[Clause]) -> list[Clause]:
     if commands[1].is_keep and not commands[1].says_end:
         commands[1].tails.extend(tail for tail in first.tails if tail.part in ENDS)
         first.tails = [tail for tail in first.tails if tail.part not in ENDS]
+    return commands
+
+
+def _keeps_more(last: Clause | None, clause: Clause) -> bool:
+    """True if the clause names another thing and the place where it is kept."""
+    return (
+        last is not None
+        and last.keeps_facts
+        and bool(clause.objects)
+        and any(tail.part is Part.TARGET for tail in clause.tails)
+    )
+
+
+def _with_ends_after(commands: list[Clause]) -> list[Clause]:
+    """The commands, with an end that is said last said of all that one "keep" keeps."""
+    for before, clause in zip(reversed(commands[:-1]), reversed(commands), strict=False):
+        if clause.continues_keep and not before.says_end:
+            before.tails.extend(tail for tail in clause.tails if tail.part in ENDS)
     return commands
 
 
@@ -80,8 +104,17 @@ def _unknown_verb(clause: Clause, verbs: Verbs) -> Clarification:
 def _join(last: Clause, clause: Clause) -> None:
     """Add a clause that continues the last one to it."""
     if last.tails and last.tails[-1].part in LISTS and not clause.names_place:
-        part = last.tails[-1].part
-        last.tails.extend(Tail(part=part, phrase=phrase, span=phrase.span) for phrase in clause.objects)
+        listed = last.tails[-1]
+        last.tails.extend(
+            Tail(
+                part=listed.part,
+                phrase=phrase,
+                span=phrase.span,
+                is_preferred=listed.is_preferred,
+                is_more=True,
+            )
+            for phrase in clause.objects
+        )
     else:
         last.objects.extend(clause.objects)
         last.says_empty = last.says_empty or clause.says_empty

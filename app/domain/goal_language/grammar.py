@@ -10,8 +10,16 @@ from itertools import product
 
 from app.domain.goal_language.clarification import Clarification
 from app.domain.goal_language.commands import commands_of
-from app.domain.goal_language.constraints import NOTHING_WITHHELD, UNCONSTRAINED, Constraints
+from app.domain.goal_language.constraints import (
+    DEFAULT_COST_S,
+    MAX_WORTH,
+    NOTHING_WITHHELD,
+    UNCONSTRAINED,
+    Constraints,
+    StatedPreference,
+)
 from app.domain.goal_language.hold_ends import hold_end
+from app.domain.goal_language.kept_facts import HoldFact
 from app.domain.goal_language.reachability import free_places
 from app.domain.goal_language.references import Origin, References
 from app.domain.goal_language.roles import Players, with_roles
@@ -22,7 +30,7 @@ from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.times import Due, Goals, Missions, Times, no_goals, no_missions
 from app.domain.goal_language.verbs import Call, Function, Kind, Role, Slot, Verb, Verbs, shipped_verbs
 from app.domain.goal_language.words import joined, natural_key
-from app.domain.world_model.beliefs import Facts
+from app.domain.world_model.beliefs import IN, NEAR, Facts
 from app.domain.world_model.berths import berths_of
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
@@ -87,12 +95,20 @@ def understand(
     if isinstance(first, Clarification):
         return first
     within = first.constraints.of_robots(world).and_also(beside.of_robots(world))
-    applied = within.and_also(kept_by(first.holds)).in_world(world)
-    if applied == NOTHING_WITHHELD:
-        return first
-    # Constraints may stand after the choices that they limit: read again, with all of them known.
-    second = _read(text, known, References(world=world, facts=facts, applied=applied), times, taken)
-    return first if isinstance(second, Clarification) else second
+    required = within.and_also(kept_by(first.holds))
+    preferred = Constraints.all_of(
+        (required, *(preference.constraint.of_robots(world) for preference in within.preferences))
+    )
+    # Constraints may stand after the choices that they limit: read again, with all of them known; with the preferences
+    # if all of them can be kept.
+    for limits in (preferred, required):
+        applied = limits.in_world(world)
+        if applied == NOTHING_WITHHELD:
+            return first
+        again = _read(text, known, References(world=world, facts=facts, applied=applied), times, taken)
+        if not isinstance(again, Clarification):
+            return again
+    return first
 
 
 def _read(
@@ -127,7 +143,16 @@ class _Reader:
         robots, without = (
             _of_roles(names, said) for names in (self.constraints.robots, self.constraints.without)
         )
-        stated = {"stages": stages, "robots": robots, "without": without}
+        preferences = tuple(
+            preference.model_copy(
+                update={
+                    "robots": _of_roles(preference.robots, said),
+                    "without": _of_roles(preference.without, said),
+                }
+            )
+            for preference in self.constraints.preferences
+        )
+        stated = {"stages": stages, "robots": robots, "without": without, "preferences": preferences}
         return Understood(
             goals=goals,
             constraints=self.constraints.model_copy(update=stated),
@@ -178,7 +203,8 @@ class _Reader:
         if kept := next((command for command in commands if command.is_keep), None):
             return Clarification(
                 code="goal-not-understood",
-                detail="until when is it to stay empty? Or say what to move meanwhile",
+                detail=f"until when is it to stay {'there' if kept.keeps_facts else 'empty'}? "
+                "Or say what to move meanwhile",
                 choices=("until", "for"),
                 span=(kept.span[1], kept.span[1]),
             )
@@ -381,7 +407,7 @@ class _Reader:
         if len(clause.objects) > 1:
             return clause.objects[1]
         for index, tail in enumerate(clause.tails):
-            if tail.part is Part.WITH:
+            if tail.part is Part.WITH and not tail.is_preferred:
                 del clause.tails[index]
                 return tail.phrase
         return None
@@ -421,9 +447,12 @@ class _Reader:
         )
 
     def _keep(self, clause: Clause) -> Clarification | None:
-        """Constrain the places that are to be kept empty."""
+        """Constrain the places that are to be kept empty, or what is to be kept where it is."""
+        phrases = clause.objects or [clause.object_or_gap()]
+        if not clause.says_empty and (clause.keeps_facts or any(map(self.names.kind_of, phrases))):
+            return self._keep_facts(clause)
         found: list[str] = []
-        for phrase in clause.objects or [clause.object_or_gap()]:
+        for phrase in phrases:
             named = self._named(Kind.PLACE, phrase, "keep", None)
             if isinstance(named, Clarification):
                 return named
@@ -439,14 +468,70 @@ class _Reader:
         end = self._end_of(clause)
         if isinstance(end, Clarification):
             return end
+        if clause.is_preferred:
+            return self._prefer_empty(clause, found, end)
         if end is None:
             self.constraints = self.constraints.and_also(Constraints(keep_empty=_unique(found)))
         else:
             self.holds.append(StatedHold(places=_unique(found), until=end))
         return None
 
+    def _keep_facts(self, clause: Clause) -> Clarification | None:
+        """Constrain, or hold, where samples and robots are."""
+        facts: list[HoldFact] = []
+        for phrase in clause.objects or [clause.object_or_gap()]:
+            kept = self._kept(clause, phrase)
+            if isinstance(kept, Clarification):
+                return kept
+            facts.extend(kept)
+        end = self._end_of(clause)
+        if isinstance(end, Clarification):
+            return end
+        if clause.is_preferred:
+            return Clarification(
+                code="goal-not-understood",
+                detail="only that a place is kept empty can be preferred; leave out that it is only preferred",
+                thing=self.text[slice(*clause.first_span)],
+                span=clause.first_span,
+            )
+        if end is None:
+            self.constraints = self.constraints.and_also(Constraints(keep=tuple(facts)))
+        else:
+            self.holds.append(StatedHold(facts=tuple(dict.fromkeys(facts)), until=end))
+        return None
+
+    def _kept(self, clause: Clause, phrase: Phrase) -> Sequence[HoldFact] | Clarification:
+        """The facts that what a phrase names is where the clause says."""
+        kind = self.names.kind_of(phrase) or Kind.SAMPLE
+        things = self._named(kind, phrase, "keep", None)
+        if isinstance(things, Clarification):
+            return things
+        targets = clause.phrases(Part.TARGET)
+        if len(targets) > 1 or clause.phrases(Part.ORIGIN):
+            said = self.text[slice(*clause.span)]
+            detail = f"{said!r} names too many places; say one"
+            return Clarification(code="goal-not-understood", detail=detail, span=clause.span)
+        choices = self.names.locations if kind is Kind.ROBOT else self.names.holding()
+        if not targets or not targets[0].words:
+            end = targets[0].span[1] if targets else phrase.span[1]
+            detail = f"keep {joined(things, last='and')} where?"
+            link = "" if targets else "at" if kind is Kind.ROBOT else "in"
+            return Clarification(
+                code="place-needed",
+                detail=detail,
+                thing=things[0],
+                choices=choices,
+                span=(end, end),
+                link=link,
+            )
+        place = self.names.place(targets[0], choices)
+        if isinstance(place, Clarification):
+            return place
+        predicate = NEAR if kind is Kind.ROBOT else IN
+        return [HoldFact(predicate=predicate, args=(thing, place)) for thing in things]
+
     def _end_of(self, clause: Clause) -> HoldEnd | Clarification | None:
-        """Until when a clause wants places kept empty; None if it does not say it."""
+        """Until when a clause wants something kept; None if it does not say it."""
         ends = [tail for tail in clause.tails if tail.part in ENDS]
         if not ends:
             return None
@@ -460,24 +545,81 @@ class _Reader:
         self.readings.append(Reading(said=self.text[slice(*ends[0].span)], means=(found[1],)))
         return found[0]
 
+    def _prefer_empty(
+        self, clause: Clause, places: Sequence[str], end: HoldEnd | None
+    ) -> Clarification | None:
+        """Prefer that these places are kept empty."""
+        if end is not None:
+            return Clarification(
+                code="goal-not-understood",
+                detail="a hold, with an end, is kept or not made; leave out its end, or that it is only preferred",
+                span=next(tail.span for tail in clause.tails if tail.part in ENDS),
+            )
+        cost = clause.tails.pop(0) if clause.tails and clause.tails[0].part is Part.COST else None
+        return self._prefer(Constraints(keep_empty=_unique(places)), cost)
+
+    def _prefer(self, constraint: Constraints, cost: Tail | None) -> Clarification | None:
+        """Add a preference."""
+        cost_s = DEFAULT_COST_S if cost is None else cost.seconds
+        if cost is not None and not 0 < cost_s <= MAX_WORTH:
+            return Clarification(
+                code="cost-needed",
+                detail=f"what is the preference worth? A number of seconds, above 0 and at most {MAX_WORTH:g}",
+                thing=self.text[slice(*cost.span)],
+                choices=(f"cost {DEFAULT_COST_S:g}",),
+                span=cost.span,
+            )
+        if constraint:
+            preference = StatedPreference(cost_s=cost_s, **constraint.model_dump(exclude_defaults=True))
+            self.constraints = self.constraints.and_also(Constraints(preferences=(preference,)))
+        return None
+
     def _constrain(self, clause: Clause) -> Clarification | None:
-        """Add the constraints of a clause."""
-        said: dict[Part, list[str]] = {}
+        """Add the constraints and the preferences of a clause."""
+        required = [tail for tail in clause.tails if not tail.is_preferred and tail.part is not Part.COST]
+        stated = self._stated(required)
+        if isinstance(stated, Clarification):
+            return stated
+        self.constraints = self.constraints.and_also(stated)
+        preference: list[Tail] = []
         for tail in clause.tails:
-            if tail.part in (Part.WITH, Part.WITHOUT, Part.AVOIDING, Part.THROUGH):
-                found = self._listed(tail)
-                if isinstance(found, Clarification):
-                    return found
-                said.setdefault(tail.part, []).extend(found)
-            elif tail.part is Part.AFTER:
+            if tail.part is Part.COST and not preference:
+                said = self.text[slice(*tail.span)]
+                return Clarification(
+                    code="goal-not-understood",
+                    detail=f"{said!r} says of no preference what it costs to break it; say first what you would prefer",
+                    thing=said,
+                    choices=("preferably",),
+                    span=tail.span,
+                )
+            is_end = tail.part is Part.COST or not tail.is_more
+            if preference and is_end:
+                asked = self._preference_of(preference, tail if tail.part is Part.COST else None)
+                if asked is not None:
+                    return asked
+                preference = []
+            if tail.is_preferred:
+                preference.append(tail)
+        asked = self._preference_of(preference, None) if preference else None
+        return asked or self._terms(clause)
+
+    def _preference_of(self, tails: Sequence[Tail], cost: Tail | None) -> Clarification | None:
+        stated = self._stated(tails)
+        return stated if isinstance(stated, Clarification) else self._prefer(stated, cost)
+
+    def _terms(self, clause: Clause) -> Clarification | None:
+        """Set what a clause says of time."""
+        said: list[str] = []
+        for tail in clause.tails:
+            if tail.part is Part.AFTER:
                 mission = self.times.mission(tail.phrase, self.text)
                 if isinstance(mission, Clarification):
                     return mission
-                said.setdefault(tail.part, []).append(mission)
+                said.append(mission)
             elif tail.part in ENDS and not clause.is_keep:
                 return Clarification(
                     code="goal-not-understood",
-                    detail=f"{self.text[slice(*tail.span)]!r} says no place to keep empty",
+                    detail=f"{self.text[slice(*tail.span)]!r} says nothing to keep as it is",
                     thing=self.text[slice(*tail.span)],
                     span=tail.span,
                 )
@@ -485,26 +627,34 @@ class _Reader:
                 asked = self._set_due(tail)
                 if asked is not None:
                     return asked
-        others = self._other_ways(clause, said.get(Part.THROUGH, ()))
-        if isinstance(others, Clarification):
-            return others
-        self.constraints = self.constraints.and_also(
-            Constraints(
-                robots=_unique(said.get(Part.WITH, ())),
-                without=_unique(said.get(Part.WITHOUT, ())),
-                avoid=_unique((*said.get(Part.AVOIDING, ()), *others)),
-                after=_unique(said.get(Part.AFTER, ())),
-            )
-        )
+        self.constraints = self.constraints.and_also(Constraints(after=_unique(said)))
         return None
 
-    def _other_ways(self, clause: Clause, through: Sequence[str]) -> Sequence[str] | Clarification:
+    def _stated(self, tails: Sequence[Tail]) -> Constraints | Clarification:
+        """The constraints on robots and places that these tails state together."""
+        said: dict[Part, list[str]] = {}
+        for tail in tails:
+            if tail.part in (Part.WITH, Part.WITHOUT, Part.AVOIDING, Part.THROUGH):
+                found = self._listed(tail)
+                if isinstance(found, Clarification):
+                    return found
+                said.setdefault(tail.part, []).extend(found)
+        others = self._other_ways(tails, said.get(Part.THROUGH, ()))
+        if isinstance(others, Clarification):
+            return others
+        return Constraints(
+            robots=_unique(said.get(Part.WITH, ())),
+            without=_unique(said.get(Part.WITHOUT, ())),
+            avoid=_unique((*said.get(Part.AVOIDING, ()), *others)),
+        )
+
+    def _other_ways(self, tails: Sequence[Tail], through: Sequence[str]) -> Sequence[str] | Clarification:
         """The interchanges to avoid so that samples go through these."""
         if not through:
             return ()
         ways = [name for name in self.names.locations if self.names.world.location(name).kind == INTERCHANGE]
         wrong = next((name for name in through if name not in ways), None)
-        phrase = clause.phrases(Part.THROUGH)[0]
+        phrase = next(tail.phrase for tail in tails if tail.part is Part.THROUGH)
         if wrong is not None:
             return Clarification(
                 code="no-interchange",

@@ -1,16 +1,23 @@
-"""Holds against a world: the goals that empty their places, their issues, and those of goals that they forbid."""
+"""Holds against a world: the goals that make true what they keep, their issues, and those of goals that they forbid."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 
 from app.domain.goal_language.berth_choice import remaining_samples
 from app.domain.goal_language.clarification import Clarification
-from app.domain.goal_language.constraints import AppliedConstraints, Constraints
+from app.domain.goal_language.constraints import UNCONSTRAINED, AppliedConstraints, Constraints
 from app.domain.goal_language.issues import GoalIssue, unknown_name
+from app.domain.goal_language.kept_facts import (
+    contradicts,
+    is_kept_true,
+    kept_things,
+    left_to_keep,
+    unknown_in,
+)
 from app.domain.goal_language.reachability import free_for
 from app.domain.goal_language.references import References
 from app.domain.goal_language.sentence import Phrase
-from app.domain.goal_language.stated_holds import StandingHold, StatedHold, held_places, kept_by, places_in
+from app.domain.goal_language.stated_holds import StandingHold, StatedHold, kept_by, places_in
 from app.domain.goal_language.terms import Reading
 from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import IN, VACANT, Facts, place_of
@@ -27,7 +34,32 @@ LONGEST_S = 1e10
 """The longest span of a hold, some 300 years."""
 
 
-def emptying_goals(
+def goals_of_holds(
+    holds: Sequence[StatedHold],
+    goals: Sequence[SymbolicFact],
+    world: WorldFile,
+    facts: Facts,
+    within: Constraints,
+) -> tuple[tuple[SymbolicFact, ...], tuple[Reading, ...]] | Clarification:
+    """The goals that make true what holds keep: facts that are not true yet, and what leaves places to be empty.
+
+    :param within: everything that limits where it may go.
+    """
+    kept = [
+        fact
+        for fact in dict.fromkeys(fact for hold in holds for fact in hold.facts)
+        if not any(unknown_in([fact], world)) and not is_kept_true(fact, world, facts)
+    ]
+    achieving = tuple(
+        SymbolicFact(predicate=fact.predicate, args=fact.args) for fact in left_to_keep(kept, goals, world)
+    )
+    emptying = _emptying_goals(holds, [*goals, *achieving], world, facts, within)
+    if isinstance(emptying, Clarification):
+        return emptying
+    return (*achieving, *emptying[0]), emptying[1]
+
+
+def _emptying_goals(
     holds: Sequence[StatedHold],
     goals: Sequence[SymbolicFact],
     world: WorldFile,
@@ -85,6 +117,7 @@ def _issues(
     knowledge_base: KnowledgeBase,
     now: datetime,
 ) -> Iterator[GoalIssue]:
+    yield from unknown_in((fact for hold in holds for fact in hold.facts), world)
     known = list(dict.fromkeys((*world.places_by_location, *world.location_of)))
     for name in dict.fromkeys(name for hold in holds for name in hold.places):
         if name not in known:
@@ -135,34 +168,82 @@ def comes_true(fact: SymbolicFact, world: WorldFile, facts: Facts, knowledge_bas
 def held_issues(
     goals: Sequence[SymbolicFact], holds: Sequence[StandingHold], world: WorldFile, facts: Facts
 ) -> tuple[GoalIssue, ...]:
-    """The issues with goals that put something where a hold keeps places empty."""
-    held = held_places(holds)
-    return tuple(_held(goals, holds, held, world, facts)) if held else ()
+    """The issues with goals that put something where holds keep places empty, or end a fact that they keep true."""
+    if not holds:
+        return ()
+    goals, _ = UNCONSTRAINED.of_goals(goals, world)
+    return (*_filling(goals, holds, world, facts), *_ending(goals, holds, world))
 
 
-def _held(
-    goals: Sequence[SymbolicFact],
-    holds: Sequence[StandingHold],
-    held: Collection[str],
-    world: WorldFile,
-    facts: Facts,
+def standing_conflicts(
+    stated: Sequence[StatedHold], standing: Sequence[StandingHold], world: WorldFile
+) -> tuple[GoalIssue, ...]:
+    """The issues with holds that keep something else than those which stand, whatever is true now."""
+    kept = [fact for hold in stated for fact in hold.facts]
+    empty = places_in(kept_by(stated).keep_empty, world)
+    return (
+        *_ending(kept, standing, world),
+        *(
+            _held("place-held", next(iter(places)), [hold], world)
+            for hold in standing
+            if (places := kept_things(kept, world).places & hold.places)
+        ),
+        *(
+            _held("fact-held", fact.args[0], [hold], world)
+            for hold in standing
+            for fact in hold.facts
+            if kept_things([fact], world).places & empty
+        ),
+    )
+
+
+def _filling(
+    goals: Sequence[SymbolicFact], holds: Sequence[StandingHold], world: WorldFile, facts: Facts
 ) -> Iterator[GoalIssue]:
-    left = AppliedConstraints(kept_empty=frozenset(held)).applied_to(facts)
+    held = frozenset[str]().union(*(hold.places for hold in holds))
+    left = AppliedConstraints(kept_empty=held).applied_to(facts)
     for goal in goals:
         if goal.predicate != IN or len(goal.args) != 2:
             continue
         sample, name = goal.args
         places = set(berths_of(name, world)) or {name}
-        if not places <= set(held) or place_of(sample, facts) in places:
+        if not places <= held or place_of(sample, facts) in places:
             continue
-        ids = [hold.id for hold in holds if hold.places & places]
-        words = [hold.words for hold in holds if hold.places & places]
-        choices = free_for(sample, world, left)
-        yield GoalIssue(
-            code="place-held",
-            kind="conflict",
-            detail=f"hold {joined(ids, last='and')} keeps {joined(words, last='and')}; choose "
-            f"another place, wait, or end the hold: POST /v1/worlds/{world.name}/holds/{ids[0]}:end",
-            thing=name,
-            choices=choices,
-        )
+        by = [hold for hold in holds if hold.places & places]
+        yield _held("place-held", name, by, world, choices=free_for(sample, world, left), other="place")
+
+
+def _ending(
+    goals: Sequence[SymbolicFact], holds: Sequence[StandingHold], world: WorldFile
+) -> Iterator[GoalIssue]:
+    """The issues with goals that cannot be true while a hold keeps its facts."""
+    for goal in goals:
+        for hold in holds:
+            if any(contradicts(goal, fact, world) for fact in hold.facts):
+                yield _held("fact-held", goal.args[0], [hold], world)
+
+
+def _held(
+    code: str,
+    thing: str,
+    holds: Sequence[StandingHold],
+    world: WorldFile,
+    *,
+    choices: Sequence[str] = (),
+    other: str = "",
+) -> GoalIssue:
+    """The issue with what holds stand against, their ends and how to end them early.
+
+    :param other: what else may be chosen.
+    """
+    ids = joined([hold.id for hold in holds], last="and")
+    words = joined([hold.words for hold in holds], last="and")
+    choose = f"choose another {other}, wait," if other else "wait,"
+    return GoalIssue(
+        code=code,
+        kind="conflict",
+        detail=f"hold {ids} keeps {words}; {choose} or end the hold: "
+        f"POST /v1/worlds/{world.name}/holds/{holds[0].id}:end",
+        thing=thing,
+        choices=tuple(choices),
+    )

@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 from app.domain.goal_language.clarification import Clarification
+from app.domain.goal_language.kept_facts import HoldFact
 from app.domain.goal_language.references import References
 from app.domain.goal_language.sentence import Part, Phrase, Tail
-from app.domain.goal_language.stated_holds import HoldEnd, HoldFact
+from app.domain.goal_language.stated_holds import HoldEnd
 from app.domain.goal_language.times import GOAL, MISSION, Times, in_words, next_full_hours, next_time_of_day
 from app.domain.goal_language.verbs import Kind
 from app.domain.goal_language.words import joined, name_in

@@ -1,9 +1,10 @@
 """What stands against a goal."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from app.domain.goal_language.conflict_set import ConstraintConflict
 from app.domain.goal_language.words import choices_for, joined, suggestions
 
 Kind = Literal["invalid", "conflict", "note"]
@@ -15,6 +16,7 @@ TOO_TIGHT = "constraints-too-tight"
 class GoalIssue:
     """An issue with a goal. invalid: never possible; conflict: not in the current state; note: no obstacle.
 
+    :param constraints: those that cannot be kept together, in words; none of them can be left out of the conflict.
     :param span: start and end in the goal's sentence of the thing; None if the sentence does not name it.
     """
 
@@ -23,6 +25,7 @@ class GoalIssue:
     detail: str
     thing: str = ""
     choices: tuple[str, ...] = ()
+    constraints: tuple[str, ...] = ()
     span: tuple[int, int] | None = None
 
 
@@ -37,3 +40,9 @@ def unknown_name(what: str, name: str, names: Sequence[str]) -> GoalIssue:
         thing=name,
         choices=choices_for(name, names),
     )
+
+
+def conflict_in(issues: Iterable[GoalIssue]) -> ConstraintConflict | None:
+    """The constraints that the issues name as too tight together; None if there are none."""
+    named = dict.fromkeys(words for issue in issues for words in issue.constraints)
+    return ConstraintConflict(constraints=tuple(named), proven=True) if named else None

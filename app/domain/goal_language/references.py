@@ -245,6 +245,14 @@ class References:
             self.roles[role] = players
         return found
 
+    def kind_of(self, phrase: Phrase) -> Kind | None:
+        """Whether a phrase names samples or robots; None if neither."""
+        if name_in(phrase.words, self.samples) in self.samples or _noun(phrase, "sample", {LONG}) is not None:
+            return Kind.SAMPLE if phrase.words else None
+        if name_in(phrase.words, self.robots) in self.robots or _noun(phrase, "robot", ()) is not None:
+            return Kind.ROBOT
+        return Kind.ROBOT if phrase.words and self._role_of(phrase) is not None else None
+
     def _robots_in(self, origin: Origin) -> tuple[str, ...]:
         """The robots of that compartment or aisle, or those that stand at the place."""
         standing = {
@@ -319,11 +327,11 @@ class References:
         )
 
     def _permitted_first(self, names: Sequence[str]) -> tuple[str, ...]:
-        """The names, last the robots that may not act and what lies in a place that is to be avoided."""
+        """The names, last the robots and samples to leave alone, and what lies in a place that is to be avoided."""
         applied = self.applied
 
         def is_withheld(name: str) -> bool:
-            return name in applied.excluded or not applied.avoided.isdisjoint(
+            return name in applied.excluded | applied.kept_samples or not applied.avoided.isdisjoint(
                 {name, *berths_of(name, self.world), place_of(name, self.facts)}
             )
 
@@ -339,8 +347,9 @@ class References:
             near = {f.args[2] for f in self.facts if f.predicate == ROBOT_POSITION and f.args[1] == NEAR}
             free = [place for place in self.reached_by(thing) if place not in near]
         else:
-            closed |= self.applied.kept_empty
-            free = list(free_for(thing, self.world, self.applied.applied_to(self.facts)))
+            closed |= self.applied.closed
+            left = self.applied.applied_to(self.facts)
+            free = [place for place in free_for(thing, self.world, left) if place not in closed]
         whole = self.whole_of(phrase)
         if isinstance(whole, Clarification):
             return whole

@@ -34,6 +34,8 @@ class Part(StrEnum):
     """After "avoiding", "not through"."""
     THROUGH = "through"
     """After "through", "via": the interchanges that samples go through."""
+    COST = "cost"
+    """After "cost": the seconds that the preference before it is worth."""
     AFTER = "after"
     """After "after": a mission."""
     DUE = "due"
@@ -50,7 +52,7 @@ LISTS = frozenset({Part.WITH, Part.WITHOUT, Part.AVOIDING, Part.THROUGH, Part.AF
 """The parts whose names may be joined: "with yard_1 and yard_2"."""
 PLACES = frozenset({Part.TARGET, Part.ORIGIN})
 ENDS = frozenset({Part.UNTIL, Part.LASTING})
-"""The parts that say until when a place is kept empty."""
+"""The parts that say until when something is kept as it is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,6 +92,7 @@ class Tail:
     :param time: a time of day, "14:30".
     :param is_before: after "before", which may also name a mission.
     :param seconds: a span of time; `has_number`, `has_unit`: what is said of it.
+    :param is_preferred: after "preferably"; `is_more`: another name of the tail before it: "without yard_1 and yard_2".
     :param place: of a fact: "sample_1 is in door_2"; None if none is said.
     :param says_is: "is" is said, of a fact or of a mission; `says_empty`: also "empty".
     """
@@ -104,6 +107,8 @@ class Tail:
     time: str = ""
     is_before: bool = False
     seconds: float = 0.0
+    is_preferred: bool = False
+    is_more: bool = False
     span: tuple[int, int] = (0, 0)
 
 
@@ -116,8 +121,9 @@ class Clause:
     :param first: the clause's first word, and where it stands.
     :param object_at: where its object would be said: after the verb.
     :param span: start and end in the text.
-    :param is_keep: "keep bay_3 empty"; `says_empty`: its last word is said.
-    :param is_keep_on: "bay_4 empty", which continues one.
+    :param is_keep: "keep bay_3 empty" or "keep sample_1 in bay_7"; `says_empty`: its last word is said.
+    :param continues_keep: another thing that one "keep" keeps: "sample_2 in bay_3" after "keep sample_1 in bay_7".
+    :param is_keep_on: "bay_4 empty", which continues one; `is_preferred`: "preferably keep bay_3 empty".
     :param stage: number of times that "then" stands before it.
     """
 
@@ -131,6 +137,8 @@ class Clause:
     tails: list[Tail] = field(default_factory=list)
     is_keep: bool = False
     is_keep_on: bool = False
+    continues_keep: bool = False
+    is_preferred: bool = False
     says_empty: bool = False
     stage: int = 0
 
@@ -139,13 +147,19 @@ class Clause:
         return self.objects[0] if self.objects else Phrase(span=(self.object_at, self.object_at))
 
     def phrases(self, part: Part) -> list[Phrase]:
-        return [tail.phrase for tail in self.tails if tail.part is part]
+        """The phrases of the part, without those that are only preferred."""
+        return [tail.phrase for tail in self.tails if tail.part is part and not tail.is_preferred]
 
     @property
     def says_end(self) -> bool:
-        """True if it says until when a place is kept empty."""
+        """True if it says until when something is kept as it is."""
         return any(tail.part in ENDS for tail in self.tails)
 
     @property
     def names_place(self) -> bool:
         return any(tail.part in PLACES for tail in self.tails)
+
+    @property
+    def keeps_facts(self) -> bool:
+        """True if it keeps something where it is: "keep sample_1 in bay_7"."""
+        return self.is_keep and not self.says_empty and any(tail.part is Part.TARGET for tail in self.tails)

@@ -30,6 +30,7 @@ AFTER_NAME = (
     "BEFORE",
     "AFTER",
     "WITHIN",
+    "PREFERABLY",
 )
 """The kinds of words that may follow a name."""
 OPEN = ("VERB", "NUMBER", "WORD")
@@ -172,7 +173,8 @@ def _clause(tree: Any, stage: int) -> Clause:
         first_span=(leaves[0].start_pos, leaves[0].end_pos),
         object_at=leaves[0].start_pos,
         span=(leaves[0].start_pos, leaves[-1].end_pos),
-        is_keep=tree.data == "keep",
+        is_keep=tree.data in ("keep", "preferred_keep"),
+        is_preferred=tree.data == "preferred_keep",
         is_keep_on=tree.data == "keep_on",
         says_empty=any(_is_token(child) and child.type == "EMPTY" for child in tree.children),
         stage=stage,
@@ -229,16 +231,20 @@ def _span_of(leaves: Sequence[Any]) -> tuple[int, int]:
 
 def _tail(tree: Any) -> Tail:
     leaves = _leaves(tree)
+    if tree.data == "preferred":
+        return replace(_tail(tree.children[-1]), is_preferred=True, span=_span_of(leaves))
     said = {leaf.type: str(leaf) for leaf in leaves}
     parts = [child for child in tree.children if not _is_token(child)]
     phrases = [part for part in parts if part.data == "phrase"]
     places = [
         child for part in parts if part.data == "state" for child in part.children if not _is_token(child)
     ]
+    amount = number_of(said["NUMBER"]) if "NUMBER" in said else None
     seconds = 0.0
     if "UNIT" in said:
-        amount = number_of(said["NUMBER"]) if "NUMBER" in said else None
         seconds = (1.0 if amount is None else amount) * SECONDS[said["UNIT"][0]]
+    elif tree.data == "cost" and amount is not None:
+        seconds = amount
     end = leaves[-1].end_pos
     return Tail(
         part=Part(tree.data),

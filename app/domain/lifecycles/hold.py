@@ -8,12 +8,12 @@ from app.domain.lifecycles.transitions import Stateful, change_state
 
 
 class HoldState(StrEnum):
-    """The state of a hold: places that are kept empty for some time."""
+    """The state of a hold: places that are kept empty and facts that are kept true for some time."""
 
     HELD = "held"
-    """Nothing is put in its places."""
+    """Nothing is put in its places, and no plan ends its facts."""
     ENDED = "ended"
-    """Over: its places may be used again."""
+    """Over: its places, samples and robots may be used again."""
 
 
 class HoldEnding(StrEnum):

@@ -90,6 +90,8 @@ class PacketFile(_Part):
     achieves: tuple[str, ...] = Field(min_length=1)
     when: tuple[str, ...] = ()
     events: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    basic: bool = False
+    level: str = ""
 
     @field_validator("requires", "achieves", "when")
     @classmethod
@@ -115,7 +117,8 @@ class Entry:
     """A packet: what it requires and what it achieves; `agent` is the variable for the robot itself.
 
     `when` are facts about the robot and the place that must hold for it to be chosen; the more, the more it is meant
-    for them. `events` are facts that hold once the packet has raised an event, by its name.
+    for them. `events` are facts that hold once the packet has raised an event, by its name. `basic`: every robot can
+    carry it out. `level`: its parameter for what a number is to be at its end (`PlanNetAction.level`).
     """
 
     tag: str
@@ -124,6 +127,8 @@ class Entry:
     achieves: tuple[Template, ...]
     when: tuple[Template, ...] = ()
     events: tuple[tuple[str, tuple[Template, ...]], ...] = ()
+    basic: bool = False
+    level: str = ""
 
     def fits(self, action: PlanNetAction, agent: str, linking_goals: Sequence[Fact]) -> Substitution | None:
         """The substitution by which the packet is `agent`'s part in the action; None if there is none.
@@ -227,6 +232,8 @@ def _entry(packet: PacketFile) -> Entry:
         achieves=tuple(map(Template.parse, packet.achieves)),
         when=tuple(map(Template.parse, packet.when)),
         events=tuple((name, tuple(map(Template.parse, texts))) for name, texts in packet.events.items()),
+        basic=packet.basic,
+        level=packet.level,
     )
 
 

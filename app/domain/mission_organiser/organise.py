@@ -43,6 +43,7 @@ class PacketChoice:
     :param instead_of: the other packets of the robot that achieve the same.
     :param because: the facts about the robot and the place that decided for it.
     :param events: facts that hold once it has raised an event.
+    :param level: its parameter for what a number is to be at its end; empty: none.
     """
 
     tag: str
@@ -50,6 +51,7 @@ class PacketChoice:
     instead_of: tuple[str, ...] = ()
     because: tuple[Fact, ...] = ()
     events: Mapping[str, tuple[Fact, ...]] = field(default_factory=dict)
+    level: str = ""
     reason: str
 
 
@@ -184,7 +186,7 @@ class _ScriptWriter:
         return BehaviourPacket(
             id=action.id,
             tag=found.tag,
-            arguments={**action.arguments, **_roles(action, robot)},
+            arguments={**action.arguments, **_roles(action, robot), **_level(action, found)},
             requires=symbolic_all(required, base),
             awaits=symbolic_all(awaits, base),
             after=(*after, *times),
@@ -243,6 +245,11 @@ def _roles(action: PlanNetAction, robot: str) -> dict[str, str]:
     return {"robot": robot, "partner": TEAM_SEPARATOR.join(others)} if others else {}
 
 
+def _level(action: PlanNetAction, found: PacketChoice) -> dict[str, str]:
+    """The packet's parameter for what a number is to be at its end, if it has one."""
+    return {found.level: f"{action.level:.3f}"} if found.level and action.level is not None else {}
+
+
 def linking_goals(plan_net: PlanNet, action: PlanNetAction) -> tuple[Fact, ...]:
     """The effects that later actions or the plan's goals depend on by causal links, in the action's order."""
     linked = {link.fact for link in plan_net.causal_links if link.producer == action.id}
@@ -275,7 +282,7 @@ def find_packet(
         return OrganiserFailure(
             reason=f"{what}: no packet in the behaviours library achieves {wanted} from what the action requires"
         )
-    able = [pair for pair in fitting if pair[0].tag in repertoires.get(agent, ())]
+    able = [pair for pair in fitting if pair[0].basic or pair[0].tag in repertoires.get(agent, ())]
     if not able:
         tags = " or ".join(dict.fromkeys(entry.tag for entry, _ in fitting))
         return OrganiserFailure(reason=f"{what}: {agent} has no {tags} in its repertoire")
@@ -299,6 +306,7 @@ def find_packet(
         requires=tuple(fact for fact in action.preconditions if fact in required),
         instead_of=tuple(dict.fromkeys(one.tag for one, _ in able if one.tag != entry.tag)),
         because=because,
+        level=entry.level,
         events={name: tuple(one.filled(found) for one in templates) for name, templates in entry.events},
         reason=f"{agent} does {entry.tag}: it achieves {wanted}",
     )

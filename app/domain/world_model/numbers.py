@@ -15,15 +15,12 @@ from app.domain.world_model.beliefs import Facts
 from app.domain.world_model.layout import layout_of
 from app.domain.world_model.problem import LOCATION, LONG_OBJECT, OBJECT, ROBOT
 from planner import Fact, KnowledgeBase, Numbers, QuantitySpec, number_words
+from planner.knowledge.comparison import Term
 from planner.knowledge.literal import Literal
-from planner.knowledge.schema import ANY, VALUE
+from planner.knowledge.schema import ANY
 from robots.world import WorldFile
 
 BATTERY = "battery"
-SHARE = "share"
-"""The unit of numbers that are read as percentages."""
-Term = tuple[str, tuple[str, ...]]
-"""A quantity and its arguments."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,17 +175,9 @@ def words_of(term: Term, value: float, knowledge_base: KnowledgeBase) -> str:
     """The number as an operator reads it: `rover_1's battery is at 80 %`."""
     quantity, args = term
     spec = knowledge_base.quantities.get(quantity)
-    if spec is None or not spec.phrase:
-        return f"{quantity}({', '.join(args)}) is {value_words(value, '' if spec is None else spec.unit)}"
-    fields = dict(zip(spec.arguments, args, strict=True))
-    return spec.phrase.format(**fields, **{VALUE: value_words(value, spec.unit)})
-
-
-def value_words(value: float, unit: str) -> str:
-    """`80 %`, `12.5 lx`, `3`"""
-    if unit == SHARE:
-        return f"{number_words(round(100 * value, 1))} %"
-    return f"{number_words(round(value, 6))} {unit}".rstrip()
+    if spec is None:
+        return f"{quantity}({', '.join(args)}) is {number_words(round(value, 6))}"
+    return spec.words(quantity, args, value)
 
 
 def _counts(knowledge_base: KnowledgeBase) -> dict[str, Literal]:

@@ -94,6 +94,7 @@ def planning_problem(
     functions: dict[tuple[str, tuple[str, ...]], float] = {
         ("speed_m_s", (robot.name,)): robot.speed_m_s for robot in world.robots
     }
+    functions |= batteries_of(world)
     # Distances come from all facts, for a robot may drive off a reserved place.
     points = _points(world, spots or {})
     ways = _ways(facts)
@@ -122,6 +123,25 @@ def planning_problem(
         senses={} if knowledge_base is None else restricted_senses(world, knowledge_base, perceives),
         access=access,
     )
+
+
+def batteries_of(world: WorldFile) -> dict[tuple[str, tuple[str, ...]], float]:
+    """What robots' batteries hold in joules, and the watts that they gain at their chargers: their homes.
+
+    Robots with software of their own charge by themselves.
+    """
+    from robots.physical.energy import load_powers  # here: to check world files needs no numpy
+
+    powers = load_powers()
+    gained_w = powers.charger_w - powers.electronics_w
+    held: dict[tuple[str, tuple[str, ...]], float] = {
+        ("capacity_j", (robot.name,)): 3600 * robot.battery_wh for robot in world.robots
+    }
+    return held | {
+        ("charger_w", (robot.name, robot.home)): gained_w
+        for robot in world.robots
+        if robot.home is not None and not robot.external
+    }
 
 
 def has_peripherals(knowledge_base: KnowledgeBase | None) -> bool:

@@ -9,13 +9,14 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from app.domain.blockers import Blockers
-from app.domain.world_model.beliefs import CAN, OPERABLE, VACANT
+from app.domain.goal_language.constraints import AppliedConstraints
+from app.domain.world_model.beliefs import CAN, OPERABLE
 from app.domain.world_model.reservation import Reservation, is_withheld
 from app.planning.pool.work import Solutions, Work, WorkResult
 from planner import Fact, KnowledgeBase, Observer, PlanningEngine, PlanningProblem, PlanningStatus
 from planner.explanation.diagnosis import why_unsolvable
+from planner.problem.choices import without_optional
 from planner.problem.contradiction import contradicting_goals
-from planner.problem.optional_goals import without_optional
 from planner.relaxation import is_relaxed_reachable
 
 MAX_BLOCKERS = 8
@@ -30,13 +31,13 @@ class Withheld:
     :param missions: what other missions have reserved, by the mission in words.
     :param robots: the robots that are not recruited, each with the reason.
     :param tags: by robot, the packets that it is not recruited for though it has them; left out: all of it.
-    :param holds: the places that are kept empty, by the hold's end in words.
+    :param holds: what each hold requires, by the hold's end in words.
     """
 
     whole: PlanningProblem
     missions: Mapping[str, Reservation]
     robots: Mapping[str, str]
-    holds: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    holds: Mapping[str, AppliedConstraints] = field(default_factory=dict)
     tags: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
@@ -71,7 +72,7 @@ class Withheld:
                 for mission, reserved in self.missions.items()
                 if blocks(partial(is_withheld, reserved=reserved))
             ),
-            holds=tuple(hold for hold, places in self.holds.items() if blocks(partial(_is_room, of=places))),
+            holds=tuple(hold for hold, kept in self.holds.items() if blocks(kept.withholds)),
             robots={
                 robot: why
                 for robot, why in self.robots.items()
@@ -96,7 +97,9 @@ class WorkUnlessBlocked:
     refusal: str = ""
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
-        result: WorkResult[Solutions] = WorkResult(status=PlanningStatus.UNSOLVABLE, reason=self.refusal)
+        result: WorkResult[Solutions] = WorkResult(
+            status=PlanningStatus.UNSOLVABLE, reason=self.refusal, is_refused=bool(self.refusal)
+        )
         # What is out of reach is not given to the engine, which would explain in detail why: nobody reads that.
         if not self.refusal and not (self.problem and _is_hopeless(self.knowledge_base, self.problem)):
             result = self.work(engine, observer)
@@ -117,10 +120,6 @@ def is_ability(fact: Fact, *, of: Collection[str], tags: Collection[str] | None 
     if fact.predicate not in (CAN, OPERABLE) or fact.args[0] not in of:
         return False
     return tags is None or (fact.predicate == CAN and fact.args[1] in tags)
-
-
-def _is_room(fact: Fact, *, of: Collection[str]) -> bool:
-    return fact.predicate == VACANT and fact.args[0] in of
 
 
 def _is_hopeless(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> bool:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Generic, TypeAlias, TypeVar
 
 from app.domain.blockers import Blockers
+from app.domain.goal_language.conflict_set import ConstraintConflict
 from planner import (
     Fact,
     Forecast,
@@ -20,14 +21,15 @@ from planner import (
     PlanningRequest,
     PlanningResult,
     PlanningStatus,
+    Preference,
     load_knowledge_base,
     merge_knowledge_bases,
     shipped_knowledge_base,
 )
-from planner.alternatives import alternatives
+from planner.alternatives import alternatives, with_choices_of
 from planner.explanation import Explanation, explain
 from planner.plan_nets.completion import forecast
-from planner.repair import NOT_BEGUN, MissionProgress, Repair, repair
+from planner.repair import NOT_BEGUN, MissionProgress, Repair, edit, repair
 from robots.compilation import Group, compile_once
 
 Answer = TypeVar("Answer")
@@ -40,12 +42,16 @@ class WorkResult(Generic[Answer]):
     :param answer: set exactly when solved.
     :param reason: why there is no answer, for operators; may be empty.
     :param waits_for: the missions and robots that may prevent an answer.
+    :param is_refused: nothing was planned, as the goal is impossible in the present world; the reason says so.
+    :param conflict: the constraints that stand in the way, if they are known.
     """
 
     status: PlanningStatus
     answer: Answer | None = None
     reason: str = ""
     waits_for: Blockers = field(default_factory=Blockers)
+    is_refused: bool = False
+    conflict: ConstraintConflict | None = None
 
     @classmethod
     def solved(cls, answer: Answer) -> "WorkResult[Answer]":
@@ -91,7 +97,8 @@ class PlanWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairWork:
-    """Repair a plan, parts of which may be done; with any robots, if those awarded its goals have no plan."""
+    """Repair a plan, parts of which may be done; with any robots and places and in any order, if what is awarded or
+    pinned for its goals has no plan."""
 
     knowledge_base: KnowledgeBase
     plan_net: PlanNet
@@ -101,8 +108,10 @@ class RepairWork:
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
         repaired = self._repaired(engine, observer, self.problem)
-        if repaired.plan_net is None and self.problem.recruits:
-            repaired = self._repaired(engine, observer, replace(self.problem, recruits={}))
+        problem = self.problem
+        if repaired.plan_net is None and (problem.recruits or problem.avoids or problem.after):
+            free = replace(problem, recruits={}, avoids={}, after={})
+            repaired = self._repaired(engine, observer, free)
         return _of_result(repaired.result, self.problem, repaired)
 
     def _repaired(self, engine: PlanningEngine, observer: Observer, problem: PlanningProblem) -> Repair:
@@ -112,14 +121,32 @@ class RepairWork:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EditWork:
+    """Plan a problem that something is pinned of, with as few changes of a plan as pays."""
+
+    knowledge_base: KnowledgeBase
+    plan_net: PlanNet
+    problem: PlanningProblem
+    request: PlanningRequest
+
+    def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
+        edited = edit(engine, self.knowledge_base, self.plan_net, self.problem, self.request, observer)
+        return _of_result(edited.result, self.problem, edited)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class AlternativesWork:
-    """Find alternatives to a proposed plan, itself included."""
+    """Find alternatives to a proposed plan, itself included.
+
+    :param preferences: of the goal; those that the proposed plan keeps are constraints of the problem.
+    """
 
     knowledge_base: KnowledgeBase
     problem: PlanningProblem
     request: PlanningRequest
     count: int
     proposed: PlanningResult
+    preferences: tuple[Preference, ...] = ()
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
         found = alternatives(
@@ -138,7 +165,7 @@ class AlternativesWork:
         return WorkResult.solved(
             tuple(
                 Solution(
-                    result=self._with_what_is_left_out(one.result),
+                    result=with_choices_of(self.proposed, one.result, self.preferences),
                     label=one.label,
                     comparison=one.words,
                     forecast=one.forecast,
@@ -147,19 +174,13 @@ class AlternativesWork:
             )
         )
 
-    def _with_what_is_left_out(self, result: PlanningResult) -> PlanningResult:
-        """The goals are those of the proposed plan, so all leave out the same."""
-        proposed = self.proposed
-        return replace(
-            result, value=proposed.value, value_bound=proposed.value_bound, left_out=proposed.left_out
-        )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExplainWork:
-    """Explain a plan, with the cost of omitting each of its robots.
+    """Explain a plan, with the cost of its constraints and of omitting each of its robots.
 
     :param withheld: facts that the problem leaves out though they hold, each with why, in words.
+    :param without: by constraint, in words, the problem without that one.
     """
 
     knowledge_base: KnowledgeBase
@@ -167,6 +188,7 @@ class ExplainWork:
     problem: PlanningProblem
     request: PlanningRequest
     withheld: Mapping[Fact, str] = field(default_factory=dict)
+    without: Mapping[str, PlanningProblem] = field(default_factory=dict)
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Explanation]:
         return WorkResult.solved(self._explained(engine, observer))
@@ -184,6 +206,7 @@ class ExplainWork:
             self.request,
             observer,
             withheld=self.withheld,
+            without=self.without,
         )
 
 

@@ -132,7 +132,7 @@ class _Run:
                 plan_nets.append(plan_net)
         if not plan_nets:
             return failures[0]
-        best = min(plan_nets, key=merit)
+        best = min(plan_nets, key=self._merit)
         confirm(best, self._problem, self._base)
         return PlanningStatus.SOLVED, best, ""
 
@@ -142,13 +142,16 @@ class _Run:
         def take(sequence: Sequence[GroundAction]) -> None:
             nonlocal best
             plan_net = self._finished(sequence)
-            if not isinstance(plan_net, str) and merit(plan_net) < merit(best):
+            if not isinstance(plan_net, str) and self._merit(plan_net) < self._merit(best):
                 best = plan_net
                 self._tell(best)
 
         self._search.improve(small, effort_s, take)
         confirm(best, self._problem, self._base)
         return best
+
+    def _merit(self, plan_net: PlanNet) -> tuple[float, ...]:
+        return merit(plan_net, self._request.objective)
 
     def _finished(self, sequence: Sequence[GroundAction]) -> PlanNet | str:
         straight = without_detours(sequence, self._problem, self._base)

@@ -19,6 +19,8 @@ SECOND_TIME_S = 0.3
 """Time of the second configuration if the first has found a plan."""
 SEARCH_TIME_S = 2.0
 """A search that takes longer than this is on a plateau; one goal at a time does better."""
+SHARE = 0.25
+"""The share of the time that is left that such a search takes at most: the others and improving follow."""
 
 
 class Search:
@@ -48,7 +50,8 @@ class Search:
 
         :param patient: divide all the time that is left among them.
         """
-        time_s = self._limits.left_s / 2 if patient else SEARCH_TIME_S
+        left_s = self._limits.left_s
+        time_s = left_s / 2 if patient else min(SEARCH_TIME_S, left_s * SHARE)
         task = PddlTask(self._base, problem, Form.CLASSICAL)
         with tempfile.TemporaryDirectory(prefix="macta-fd-") as folder:
             process = self._process(folder, task, self._limits)

@@ -8,10 +8,12 @@ import numpy as np
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING, Sequenced
 from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
+from planner.engines.hierarchical.scheduling.decoder_state import NONE
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, STRICT, Choice, Floats, Model, ints
 from planner.engines.hierarchical.scheduling_problem import Move, SchedulingProblemBuilder, Task
 from planner.knowledge import GroundAction
+from planner.plan_nets.plan_net import PlanNet
 from planner.problem.interface import PlanningRequest
 from planner.problem.timer import Timer
 
@@ -70,12 +72,17 @@ class Composition:
         weights: Floats,
         request: PlanningRequest,
         moves: Sequence[Move] = (),
+        is_over: Callable[[], bool] = lambda: False,
     ) -> None:
-        """:param moves: an order in which the tasks can be carried out, if one is known."""
+        """:param request: its `like` is what the first schedule is made of, if it can be.
+        :param moves: an order in which the tasks can be carried out, if one is known.
+        :raises OutOfTime: if `is_over()` before every way between the tasks is known.
+        """
         self._moves = moves
-        self._builder = SchedulingProblemBuilder(classified, tasks)
+        self._builder = SchedulingProblemBuilder(classified, tasks, is_over)
         self._weights = weights
         self._seed = request.seed
+        self._like = request.like
         self._clock = request.clock
         self._model = self._builder.model()
         self._choice = Choice.of(ints([]), ints([]))
@@ -108,7 +115,7 @@ class Composition:
 
     def begin(self) -> bool:
         """Find a first schedule; False if no initial choice can be scheduled."""
-        for choice in self._ordered() if self._moves else self._initial_choices():
+        for choice in self._ordered() if self._moves else self._first_choices():
             schedule = self._decoded(choice)
             self._keep(schedule)
             if schedule.is_possible:
@@ -190,9 +197,33 @@ class Composition:
             return
         rest = np.setdiff1d(np.arange(tasks * model.max_legs), order)
         choice = Choice.of(np.concatenate([order, rest]).astype(np.int32), alternative)
-        # A later move's leg that goes first may take up the room which an earlier one needs.
-        for stops in (0, PUSH, PUSH | STRICT):
-            yield choice._replace(stops=np.full_like(choice.stops, stops))
+        yield from _in_this_order(choice)
+
+    def _first_choices(self) -> Iterator[Choice]:
+        """What the plan-net to keep to does; the usual ones if there is none or it cannot be scheduled."""
+        if self._like is not None:
+            yield from _in_this_order(self._liked(self._like))
+        if not self._found:
+            yield from self._initial_choices()
+
+    def _liked(self, like: PlanNet) -> Choice:
+        """What the plan-net does, in its order, by the same agents; what it does not do comes last."""
+        model = self._model
+        tasks = model.task_deadline_s.shape[0]
+        legs = tasks * model.max_legs
+        alternative = np.zeros(tasks, np.int32)
+        agent = np.full(legs, NONE, np.int32)
+        starts_s = np.full(legs, np.inf)
+        actions = sorted(like.actions, key=lambda action: action.earliest_start_s)
+        for task in range(tasks):
+            if (found := self._builder.legs_like(task, actions)) is None:
+                continue
+            alternative[task] = found.alternative
+            for leg, start_s in found.starts_s.items():
+                starts_s[task * model.max_legs + leg] = start_s
+                agent[task * model.max_legs + leg] = found.agents[leg]
+        order = np.argsort(starts_s, kind="stable").astype(np.int32)
+        return Choice.of(order, alternative)._replace(agent=agent)
 
     def _initial_choices(self) -> Iterator[Choice]:
         """Dispatched, one task after the other, all first legs before all second ones, and at random."""
@@ -219,6 +250,15 @@ class Composition:
     def _varied(random: np.random.Generator, model: Model) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
         counts = np.diff(model.task_first)
         return (random.random(len(counts)) * counts).astype(np.int32)
+
+
+def _in_this_order(choice: Choice) -> Iterator[Choice]:
+    """The choice, then the same with its order kept more strictly.
+
+    A later leg that goes first may take up the room which an earlier one needs.
+    """
+    for stops in (0, PUSH, PUSH | STRICT):
+        yield choice._replace(stops=np.full_like(choice.stops, stops))
 
 
 def _with_places(choice: Choice, before: int, now: int) -> Choice:

@@ -2,8 +2,9 @@
 intertwined)."""
 
 from collections.abc import Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from math import inf
 from operator import itemgetter
 
@@ -29,15 +30,18 @@ from planner.engines.hierarchical.legs.stops import (
 from planner.engines.hierarchical.scheduling_problem import Move, Task
 from planner.engines.hierarchical.tasks import TaskFinder, Unmet
 from planner.engines.plan_net_completion import Outcome, complete_plan_net, confirm, timed_result
+from planner.errors import OrderNotKept, OutOfTime
 from planner.explanation.diagnosis import why_unsolvable
 from planner.fact import Fact
 from planner.knowledge import GroundAction, KnowledgeBase
 from planner.plan_nets.assembly import assemble
+from planner.plan_nets.difference import compare
 from planner.plan_nets.extraction import extract, fault_of
 from planner.plan_nets.plan_net import PlanNet
 from planner.plan_nets.validation import unjustified_actions
 from planner.problem.contradiction import contradicting_goals
 from planner.problem.interface import (
+    KEPT_S,
     UNOBSERVED,
     Objective,
     Observer,
@@ -47,6 +51,7 @@ from planner.problem.interface import (
     PlanningStatus,
     Progress,
 )
+from planner.problem.solving import ROUNDING_S
 from planner.problem.static_facts import StaticFacts
 from planner.problem.timer import Timer
 from planner.problem.zones import holders
@@ -61,8 +66,6 @@ WEIGHTS = {
 """Of a second of makespan, a joule, an agent, a second of lateness, a second of all tasks' ends together: what decides,
 and what breaks ties."""
 
-ROUNDING_S = 0.05
-"""A makespan this close to its lower bound counts as optimal."""
 MENDING_STEP = 0.1
 """Schedules with redundant actions, or such that table 3 forbids, are mended if they are quicker by this share than the
 one before."""
@@ -135,6 +138,8 @@ class _Run:
         """The lower bound of the makespan."""
         self._interacts = False
         """Some tasks block each other."""
+        self._composing_s = 0.0
+        """The time that scheduling has taken: none of the search for fragments."""
 
     @cached_property
     def _classified(self) -> ClassifiedProblem:
@@ -153,7 +158,7 @@ class _Run:
         discovery_s = min(self._request.time_limit_s / 2, MAX_DISCOVERY_S)
 
         def is_over() -> bool:
-            return self._timer.elapsed_s > discovery_s or self._observer.should_stop()
+            return self._timer.elapsed_s - self._composing_s > discovery_s or self._is_over()
 
         @cache
         def known(facts: frozenset[Fact]) -> ProblemFragments:
@@ -161,7 +166,7 @@ class _Run:
 
         @cache
         def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> tuple[Fragment, ...]:
-            return known(self._recruiting(facts, goals)).alternatives(goals, levels=levels, is_over=is_over)
+            return known(self._permitted(facts, goals)).alternatives(goals, levels=levels, is_over=is_over)
 
         finder = TaskFinder(self._classified, find)
         if self._request.effort_s != 0.0:
@@ -176,31 +181,53 @@ class _Run:
             self._interacts = finder.interacts
             if not isinstance(tasks, Unmet):
                 sequence = self._composed(tasks)
-        if sequence is None and (chain := finder.chain()) is not None:
+        if sequence is None and not self._is_over() and (chain := finder.chain()) is not None:
             sequence = self._composed(chain.tasks) or chain.actions
             sequence = None if fault_of(sequence, problem.facts, problem.goals) else sequence
-        if sequence is None and 1 < len(problem.goals) <= MAX_GOALS_TOGETHER and not problem.recruits:
+        is_free = not problem.recruits and not problem.avoids
+        together = 1 < len(problem.goals) <= MAX_GOALS_TOGETHER and is_free
+        if sequence is None and together and not self._is_over():
             whole = find(problem.facts, problem.goals)
             sequence = whole[0].actions if whole else None
         return self._none(tasks) if sequence is None else self.finished(sequence)
 
-    def _recruiting(self, facts: frozenset[Fact], goals: Goals) -> frozenset[Fact]:
-        """The facts without the static ones about robots that are not recruited for any of these goals.
+    def _permitted(self, facts: frozenset[Fact], goals: Goals) -> frozenset[Fact]:
+        """The facts without the static ones about robots that are not recruited for any of these goals, and without
+        those about places that are to be avoided for all of them.
 
         Robots of a class are recruited for the same goals, so that scheduling keeps to what fragments have.
         """
-        recruits = self._problem.recruits
-        if not recruits or not all(goal in recruits for goal in goals):
+        problem = self._problem
+        if not goals or not (problem.recruits or problem.avoids):
             return facts
-        allowed = frozenset[str]().union(*(recruits[goal] for goal in goals))
+        meant = [self._meant(goal) for goal in goals]
+        avoided = frozenset.intersection(*(problem.avoids.get(goal, frozenset()) for goal in meant))
+        if avoided:
+            facts = frozenset(fact for fact in facts if avoided.isdisjoint(fact.args))
+        if not all(goal in problem.recruits for goal in meant):
+            return facts
+        allowed = frozenset[str]().union(*(problem.recruits[goal] for goal in meant))
         others = self._classified.agents - allowed - frozenset(self._peripherals)
         return frozenset(
             fact for fact in facts if fact.predicate in self._base.fluents or others.isdisjoint(fact.args)
         )
 
+    def _meant(self, goal: Fact) -> Fact:
+        """The goal itself, or the problem's goal about the same thing, which is only put aside."""
+        if goal in self._problem.goals:
+            return goal
+        things = self._classified.things.intersection(goal.args)
+        return next((one for one in self._problem.goals if not things.isdisjoint(one.args)), goal)
+
     def composition(self, tasks: Sequence[Task], moves: Sequence[Move] = ()) -> Composition:
         weights = np.array(WEIGHTS[self._request.objective])
-        return Composition(self._classified, tasks, weights, self._request, moves)
+        # Only by the clock: an observer may have to look at a pipe, and is not asked for each way.
+        return Composition(
+            self._classified, tasks, weights, self._request, moves, lambda: self._timer.is_over
+        )
+
+    def _is_over(self) -> bool:
+        return self._timer.is_over or self._observer.should_stop()
 
     def finished(self, sequence: Sequence[GroundAction]) -> Outcome:
         problem = self._problem
@@ -212,15 +239,26 @@ class _Run:
 
     def _composed(self, tasks: Sequence[Task], moves: Sequence[Move] = ()) -> Sequence[GroundAction] | None:
         """The best sequence found that is sound; None if there is none."""
-        composition = self.composition(tasks, moves)
-        if not composition.begin():
+        begun_s = self._timer.elapsed_s
+        try:
+            return self._scheduled(tasks, moves)
+        finally:
+            self._composing_s += self._timer.elapsed_s - begun_s
+
+    def _scheduled(self, tasks: Sequence[Task], moves: Sequence[Move]) -> Sequence[GroundAction] | None:
+        try:
+            composition = self.composition(tasks, moves)
+            if not composition.begin():
+                return None
+        except OutOfTime:
             return None
         choices = sum(len(task.fragments) for task in tasks) if self._interacts else 0
         trials, seconds = effort(self._request, composition.legs, choices)
         timer = Timer(min(seconds, self._for_improvement_s()), self._request.clock)
         if timer.left_s > 0.0 and self._is_open(composition.best_s):
-            composition.vary(self._stops([task.fragments for task in tasks]))
-            composition.improve(trials, timer.left_s, self._is_open)
+            with suppress(OutOfTime):
+                composition.vary(self._stops([task.fragments for task in tasks]))
+                composition.improve(trials, timer.left_s, self._is_open)
         return self._best_plan(list(composition.found()))
 
     def _best_plan(self, found: Sequence[Composed]) -> Sequence[GroundAction] | None:
@@ -228,23 +266,31 @@ class _Run:
 
         Which are mended does not depend on what was found after them, so more effort never gives a worse plan.
         """
-        best_s, best = min(map(self._mended, _sparse(found)), key=itemgetter(0))
+        if self._request.like is not None:
+            return min(map(partial(self._kept_to, self._request.like), found), key=itemgetter(0))[1]
+        best_s, best, _ = min(map(self._mended, _sparse(found)), key=itemgetter(0))
         is_makespan_all = self._request.objective is Objective.MAKESPAN and not self._problem.deadlines_s
         for composed in found:
             if is_makespan_all and composed.makespan_s >= best_s:
                 break
-            if self._is_as_scheduled(composed.actions):
+            if self._net_as_scheduled(composed.actions) is not None:
                 return composed.actions
         return best
 
-    def _mended(self, composed: Composed) -> tuple[float, Sequence[GroundAction] | None]:
-        """The makespan of a schedule's plan and its actions, without detours if that plan is not as scheduled;
-        infinite and None if it is not a plan."""
-        if self._is_as_scheduled(composed.actions):
-            return composed.makespan_s, composed.actions
+    def _kept_to(self, like: PlanNet, composed: Composed) -> tuple[float, Sequence[GroundAction] | None]:
+        """As `_mended`, with what it does not do of the plan-net to keep to counted as time."""
+        makespan_s, actions, net = self._mended(composed)
+        changes = 0 if net is None else compare(like.actions, net).changes
+        return makespan_s + KEPT_S * changes, actions
+
+    def _mended(self, composed: Composed) -> tuple[float, Sequence[GroundAction] | None, PlanNet | None]:
+        """The makespan of a schedule's plan, its actions and its plan-net, without detours if that plan is not as
+        scheduled; infinite and None if it is not a plan."""
+        if (net := self._net_as_scheduled(composed.actions)) is not None:
+            return composed.makespan_s, composed.actions, net
         actions = without_detours(composed.actions, self._problem, self._base)
         net = self._plan_net(actions)
-        return (inf, None) if net is None else (net.makespan_s, actions)
+        return (inf, None, None) if net is None else (net.makespan_s, actions, net)
 
     def _for_improvement_s(self) -> float:
         """The time that is left, less what checking the plan takes: about as long as it took to find it."""
@@ -260,10 +306,10 @@ class _Run:
             return [more[len(some) :] for some, more in zip(fragments, varied, strict=True)]
         return [()] * len(fragments)
 
-    def _is_as_scheduled(self, actions: Sequence[GroundAction]) -> bool:
-        """Whether the sequence is a plan that needs every action: its plan-net is as quick as its schedule."""
+    def _net_as_scheduled(self, actions: Sequence[GroundAction]) -> PlanNet | None:
+        """The plan-net of the sequence if it needs every action, so that it is as quick as its schedule; else None."""
         net = self._plan_net(actions)
-        return net is not None and len(net.actions) == len(self._phases(actions))
+        return net if net is not None and len(net.actions) == len(self._phases(actions)) else None
 
     def _plan_net(self, actions: Sequence[GroundAction]) -> PlanNet | None:
         """Of the sequence without what is redundant; None if it is not a plan or has actions that table 3 forbids.
@@ -273,7 +319,10 @@ class _Run:
         goals = self._problem.goals
         if fault_of(actions, self._problem.facts, goals) is not None:
             return None
-        order = extract(self._phases(actions), self._problem.facts, goals)
+        try:
+            order = extract(self._phases(actions), self._problem.facts, goals, after=self._problem.after)
+        except OrderNotKept:
+            return None
         net = assemble(order, goals, self._base, {})
         return None if unjustified_actions(net, self._base) else net
 

@@ -1,13 +1,14 @@
 """Converts tasks with fragments to the arrays of the scheduling problem, and schedules to ground actions."""
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Leg, legs_of, renamed
 from planner.engines.hierarchical.legs.travel import Travel
+from planner.engines.hierarchical.scheduling.decoder_state import NONE
 from planner.engines.hierarchical.scheduling.model import (
     EXCUSED,
     GOES_ON,
@@ -21,6 +22,8 @@ from planner.engines.hierarchical.scheduling.model import (
 )
 from planner.fact import Fact
 from planner.knowledge import GroundAction
+from planner.plan_nets.difference import Activity, by_anyone
+from planner.plan_nets.plan_net import PlanNetAction
 
 NO_DEADLINE_S = 1e12
 
@@ -43,6 +46,16 @@ class Move:
     actions: tuple[GroundAction, ...]
     first: int
     last: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Likeness:
+    """The number of an alternative that does what a plan-net does, and for its legs when that does it and who, by
+    number; `NONE` if the agent is not of the leg's class."""
+
+    alternative: int
+    starts_s: Mapping[int, float]
+    agents: Mapping[int, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,7 +85,14 @@ class _Step:
 class SchedulingProblemBuilder:
     """Builds the model of one problem; `leave` extends it where an agent must make way."""
 
-    def __init__(self, classified: ClassifiedProblem, tasks: Sequence[Task]) -> None:
+    def __init__(
+        self,
+        classified: ClassifiedProblem,
+        tasks: Sequence[Task],
+        is_over: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """:param is_over: once True, `model` raises `OutOfTime` if ways between the tasks are still missing."""
+        self._is_over = is_over
         self._problem = classified.problem
         self._classes = classes = classified.classes
         self._classified = classified
@@ -125,6 +145,39 @@ class SchedulingProblemBuilder:
         begins = [position[id(leg.core[0])] if leg.core else end for leg in legs]
         number = fragments.index(move.actions)
         return number, [leg for leg, at in enumerate(begins) if move.first <= at < last]
+
+    def legs_like(self, task: int, actions: Sequence[PlanNetAction]) -> "Likeness | None":
+        """The alternative of a task that does what these actions do, most of it by the same agents; None if none does.
+
+        :param actions: in order of their starts.
+        """
+        found = [
+            likeness
+            for number, legs in enumerate(self._alternatives[task])
+            if (likeness := self._likeness(number, legs, actions)) is not None
+        ]
+        return max(found, key=lambda one: sum(agent != NONE for agent in one.agents.values()), default=None)
+
+    def _likeness(
+        self, number: int, legs: Sequence[int], actions: Sequence[PlanNetAction]
+    ) -> "Likeness | None":
+        unused: dict[tuple[Activity, int], list[PlanNetAction]] = defaultdict(list)
+        for action in actions:
+            unused[by_anyone(action), action.phase].append(action)
+        starts_s: dict[int, float] = {}
+        agents: dict[int, int] = {}
+        for place, leg in enumerate(legs):
+            steps = [self._steps[step].action for step in self._cores[leg]]
+            done = [some.pop(0) for step in steps if (some := unused[by_anyone(step), step.phase])]
+            if len(done) < len(steps):
+                return None
+            if done:
+                starts_s[place] = done[0].earliest_start_s
+                kind = self._slots[leg][0][0]
+                first = done[0].agents[0]
+                is_same = self._classes.number(first) == kind
+                agents[place] = self._agent_number[first] if is_same else NONE
+        return Likeness(alternative=number, starts_s=starts_s, agents=agents)
 
     def leave(self, configurations: Ints, fact: Fact) -> bool:
         """Let agents in these configurations make way so that the fact comes about; True if that is new."""
@@ -232,7 +285,7 @@ class SchedulingProblemBuilder:
         use: tuple[int, Sequence[Fact]],
         inner: frozenset[Fact],
     ) -> int:
-        needs = self._shared(action.preconditions, inner)
+        needs = self._shared([*action.preconditions, *self._awaited(action)], inner)
         adds = self._shared(action.effects, inner)
         # What passes through a zone has it to itself meanwhile.
         held = self._classified.knowledge_base.held
@@ -252,6 +305,17 @@ class SchedulingProblemBuilder:
         )
         return len(self._steps) - 1
 
+    def _awaited(self, action: GroundAction) -> list[Fact]:
+        """The goals after which one that the action achieves is to come true: it is scheduled as if it needed them."""
+        goals = frozenset(self._problem.goals)
+        return [
+            before
+            for goal in action.effects
+            if goal in goals
+            for before in sorted(self._problem.after.get(goal, frozenset()) & goals)
+            if before not in action.effects
+        ]
+
     def _shared(self, facts: Sequence[Fact], inner: frozenset[Fact] = frozenset()) -> list[int]:
         return [
             self._facts.setdefault(fact, len(self._facts))
@@ -267,7 +331,7 @@ class SchedulingProblemBuilder:
         travel = self._travel
         classes = self._classes
         steps = self._steps
-        travel.close()
+        travel.close(self._is_over)
         for way in travel.ways[len(self._way_steps) :]:
             of_actions = [
                 self._steps_of(action, action.agents, (GOES_ON, action.effects)) for action in way.actions

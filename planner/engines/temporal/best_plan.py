@@ -77,12 +77,15 @@ class BestPlan:
             return
         if isinstance(plan_net, str):
             self.rejected = plan_net
-        elif self.plan_net is None or merit(plan_net) < merit(self.plan_net):
+        elif self.plan_net is None or self._merit(plan_net) < self._merit(self.plan_net):
             self._keep(plan_net)
 
     def is_enough(self) -> bool:
         """True once the effort is spent, or the observer asks to stop."""
         return self._timer.is_over or self._observer.should_stop()
+
+    def _merit(self, plan_net: PlanNet) -> tuple[float, ...]:
+        return merit(plan_net, self._request.objective)
 
     def _keep(self, plan_net: PlanNet) -> None:
         elapsed_s = self._timer.elapsed_s

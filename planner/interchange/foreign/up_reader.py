@@ -28,12 +28,14 @@ from planner.knowledge import (
     PredicateSpec,
     TypeSpec,
 )
+from planner.knowledge.change import DISTANCE, DURATION
 from planner.knowledge.expression import DURATION_SCALE
 from planner.knowledge.literal import Literal
-from planner.knowledge.schema import DISTANCE, DURATION, RELATION, TIME
+from planner.knowledge.schema import RELATION, TIME
 from planner.problem.interface import PlanningProblem
 
 MAX_COMPLEMENTS = 200_000
+DURATION_OF_ACTION = f"{DURATION[0]}()"
 RESERVED = frozenset({*PYTHON_KEYWORDS, TIME, RELATION, DURATION_SCALE, DURATION[0], DISTANCE[0]})
 PERFORMER = "performer"
 """Stands in as the agent of actions without parameters."""
@@ -52,20 +54,24 @@ class ReadProblem:
     is_exact: bool
 
 
-def read_up_problem(up_problem: Any, *, agents: Collection[str] = ()) -> ReadProblem:
+def read_up_problem(
+    up_problem: Any, *, agents: Collection[str] = (), costs_as_energy: bool = False
+) -> ReadProblem:
     """The knowledge base and the problem of a `unified_planning.model.Problem`.
 
     :param agents: the types of agents, as the problem names them.
+    :param costs_as_energy: each action's energy is its cost, so that `Objective.ENERGY` is the least total cost.
     :raises Unsupported: for what does not fit, naming the feature, the action and a workaround.
     """
-    return _Reader(up_problem, agents).read()
+    return _Reader(up_problem, agents, costs_as_energy).read()
 
 
 class _Reader:
     """Reads one problem."""
 
-    def __init__(self, up_problem: Any, agents: Collection[str]) -> None:
+    def __init__(self, up_problem: Any, agents: Collection[str], costs_as_energy: bool) -> None:
         self._up = up_problem
+        self._costs_as_energy = costs_as_energy
         self._agents = agents
         self._types = Names((kind.name for kind in up_problem.user_types), reserved=RESERVED)
         self._fluents = Names((fluent.name for fluent in up_problem.fluents), reserved=RESERVED)
@@ -136,9 +142,11 @@ class _Reader:
 
     def _spec(self, read: ReadAction) -> ActionSpec | None:
         """The plan-net action; None for one that adds nothing."""
-        deletes = [literal for literal in read.deletes if literal not in read.adds]
+        ended = [literal for literal in read.deletes if literal not in read.adds]
+        # What a durative action deletes at its start and brings about again at its end keeps others out meanwhile.
+        deletes = list(read.deletes) if hasattr(read.up_action, "duration") else list(ended)
         distinct = [*read.distinct, *self._kept_apart(read)]
-        adds = [*read.adds, *(self._complement(literal) for literal in deletes if self._is_watched(literal))]
+        adds = [*read.adds, *(self._complement(literal) for literal in ended if self._is_watched(literal))]
         deletes += [self._complement(literal) for literal in read.adds if self._is_watched(literal)]
         if not adds:
             return None
@@ -157,6 +165,7 @@ class _Reader:
             intended_effects=tuple(dict.fromkeys(map(str, adds))),
             other_effects=(),
             duration=read.duration,
+            energy=DURATION_OF_ACTION if self._costs_as_energy else "0",
             description=f"{tag} {slots}",
         )
 

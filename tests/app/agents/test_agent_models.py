@@ -109,6 +109,22 @@ def test_a_message_of_an_unknown_kind_is_answered_with_not_understood_and_not_re
     ]
 
 
+def test_of_many_messages_of_unknown_kinds_the_first_and_the_tenth_are_logged(
+    service: Service, caplog: pytest.LogCaptureFixture
+) -> None:
+    near, far = InMemoryLink.pair()
+    for number in range(10):
+        far.send(report(f"dance {number}").model_copy(update={"body": UnknownBody(kind="dance")}))
+    far.send(report("a report"))
+    reports = Reports()
+    with agent_models(service, near, reports):
+        until(lambda: reports.recorded == ["a report"])
+    assert [line for line in caplog.messages if "unknown kind" in line] == [
+        "yard_1 sent a message of an unknown kind dance (1 so far)",
+        "yard_1 sent a message of an unknown kind dance (10 so far)",
+    ]
+
+
 def test_a_robot_that_does_not_understand_a_request_on_a_script_refuses_it(service: Service) -> None:
     near, far = InMemoryLink.pair()
     not_understood = report("m1").model_copy(

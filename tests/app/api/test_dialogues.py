@@ -309,6 +309,21 @@ def test_what_a_mission_needs_and_what_is_kept_empty_is_left_alone(api: TestClie
     assert say(api, "go to interchange_1").json()["state"] == "proposed"
 
 
+def test_a_robot_and_a_sample_that_are_kept_where_they_are_are_left_alone(
+    api: TestClient, team: FakeTeam
+) -> None:
+    known(api, team)
+    api.post("/v1/goals", json={"text": "keep sample_1 in door_1 until further notice"})
+    read_until(api, "/v1/worlds/sample_store/holds", lambda one: one["items"])
+    known(api, team)
+    put = "take sample_1, carry it to interchange_1, put down it at interchange_1"
+    assert say(api, put).json()["reason"].startswith("sample_1 is kept where it is: sample_1 in door_1")
+    api.post("/v1/goals", json={"text": "keep yard_2 at home_yard_2 until further notice"})
+    read_until(api, "/v1/worlds/sample_store/holds", lambda one: len(one["items"]) == 2)
+    known(api, team)
+    assert say(api, "go to door_2").json()["reason"].startswith("yard_2 is kept where it is")
+
+
 def test_a_driven_robot_refuses(api: TestClient, team: FakeTeam) -> None:
     known(api, team)
     team.tell("yard_2", battery=1.0, driven_by="ada")

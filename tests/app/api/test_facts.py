@@ -70,6 +70,22 @@ def test_a_robot_is_not_believed_to_be_where_it_does_not_reach(api: TestClient, 
     assert f"{relation}(yard_1, bay_7)" not in held(api)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "code"),
+    [
+        (("in", ["sample_1", "home_yard_1"], True), "place-holds-no-samples"),
+        (("near", ["yard_1", "bay_7"], True), "place-unreachable"),
+    ],
+)
+def test_a_wrong_fact_is_refused_wherever_it_stands_among_right_ones(
+    api: TestClient, wrong: Said, code: str
+) -> None:
+    right = [("near", ["yard_2", "door_2"], True), ("in", ["sample_2", "bay_3"], True)]
+    for said in ((wrong, *right), (*right, wrong)):
+        answer = correct(api, *said)
+        assert (answer.status_code, answer.json()["type"]) == (422, f"urn:macta:problem:{code}")
+
+
 def test_a_robot_may_stand_on_the_open_floor(api: TestClient) -> None:
     assert correct(api, ("near", ["yard_1", "yard_1_spot"], True)).status_code == 200
 

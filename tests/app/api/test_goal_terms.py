@@ -149,11 +149,16 @@ def test_what_is_wrong_is_refused_with_the_thing(
 def test_a_structured_goal_is_checked_without_being_recorded(api: TestClient) -> None:
     body = {
         "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}],
-        "constraints": {"avoid": ["interchange_2"]},
+        "constraints": {"avoid": ["bay_3", "interchange_2"], "without": ["store_1"]},
     }
-    checked = api.post("/v1/goals:check", json=body).json()
-    assert checked["issue"]["code"] == "constraints-too-tight"
-    assert checked["issue"]["choices"] == ["interchange_2"]
+    checked = api.post("/v1/goals:check", json=body).json()["issue"]
+    refused = api.post("/v1/goals", json=body).json()
+    assert refused["type"].endswith(checked["code"])
+    for told in (checked, refused):
+        assert told["constraints"] == ["avoiding interchange_2"]
+        assert told["choices"] == ["interchange_2"]
+        assert told["detail"].endswith(", avoiding interchange_2")
+    assert checked["code"] == "constraints-too-tight"
     assert api.get("/v1/goals").json()["items"] == []
 
 

@@ -9,7 +9,7 @@ from app.composition import Service
 from benchmarks.request_fuzz import Fuzzed, fuzz
 from tests.app.conftest import TOKEN
 
-PARTS = 16
+PARTS = 32
 """Of the API's paths, each asked for once by a test of its own."""
 Ask = Callable[[int], Fuzzed]
 

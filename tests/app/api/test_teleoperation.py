@@ -2,13 +2,11 @@
 
 from typing import Any
 
-import pytest
 from fastapi.testclient import TestClient
 from httpx2 import Response
 
 from app.composition import Service
 from robots.wire import PacketState, SymbolicFact, UpkeepReport
-from tests.app import fake_robots
 from tests.app.fake_robots import FakeTeam
 from tests.waiting import read_until, until
 
@@ -88,10 +86,8 @@ def test_a_robot_that_is_silent_lost_or_unwilling_is_not_driven(api: TestClient,
     assert refused(drive(api, "ada-again"))[0] == "robot-lost"
 
 
-def test_a_robot_on_a_mission_is_not_driven(
-    api: TestClient, team: FakeTeam, follow: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(fake_robots, "TICK_S", 0.0)  # no time goes by that the mission could fail in
+def test_a_robot_on_a_mission_is_not_driven(api: TestClient, team: FakeTeam, follow: Any) -> None:
+    team.tick_s = 0.0  # no time goes by that the mission could fail in
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
     follow(f"/v1/goals/{goal['id']}", "committed")
     with_robots = read_until(api, "/v1/robots", lambda page: any(r["mission_id"] for r in page["items"]))

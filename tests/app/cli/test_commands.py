@@ -335,6 +335,19 @@ def test_keeping_an_empty_place_empty_needs_no_plan(capsys: pytest.CaptureFixtur
     assert "nothing to carry out" in flat(capsys.readouterr().out)
 
 
+def test_what_is_kept_where_it_is_is_planned_with_and_shown() -> None:
+    goal = "move sample_1 to bay_7 and keep yard_1 at home_yard_1 for an hour"
+    result = macta("plan", "--goal", goal)
+    assert result.exit_code == 0, result.output
+    assert "A service will hold yard_1 at home_yard_1 for 1 h" in flat(result.stderr)
+    assert ("yard_2" in result.stdout, "yard_1" in result.stdout.partition("Causal links")[0]) == (
+        True,
+        False,
+    )
+    refused = macta("plan", "--goal", "move sample_1 to bay_7 and keep sample_1 in bay_3 for an hour")
+    assert (refused.exit_code, "sample_1 cannot be in" in flat(refused.stderr)) == (2, True)
+
+
 def flat(text: str) -> str:
     """Without the line breaks of the terminal's width."""
     return " ".join(text.split())

@@ -140,6 +140,11 @@ def test_secrets_may_go_to_a_file_that_only_its_owner_reads(folder: Path, tmp_pa
     assert [file.stat().st_mode & 0o777 for file in private] == [0o600] * 3
 
 
+def test_a_new_folder_of_broker_files_is_for_its_owner_alone(tmp_path: Path) -> None:
+    enrol(tmp_path / "new" / "broker", "fred")
+    assert (tmp_path / "new" / "broker").stat().st_mode & 0o777 == 0o700
+
+
 def test_files_of_the_brokers_own_user_stay_readable_for_it(folder: Path) -> None:
     enrol(folder, "fred")
     (folder / "passwords").chmod(0o640)

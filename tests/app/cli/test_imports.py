@@ -50,7 +50,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
             | DATABASE
             | SERVER
             | {"numpy", "pydantic_settings", "robots.repertoire"},
-            398,
+            401,
             id="world validate",
         ),
         pytest.param(
@@ -68,13 +68,13 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         pytest.param(
             "import app.cli.main, app.cli.serve",
             PHYSICS | COMPILER | PLANNER | {"fastapi", "dbos", "alembic"},
-            1045,
+            1055,
             id="serve, before it listens",
         ),
         pytest.param(
             "import app.cli.main, app.cli.serve, app.composition",
             PHYSICS | COMPILER | PLANNER | {"alembic"},
-            1642,
+            1653,
             id="service",
         ),
         pytest.param(PLANNING, SIMULATION | DATABASE | SERVER, 770, id="planning process"),

@@ -33,6 +33,19 @@ def test_json_holds_the_plan_and_with_it_what_was_asked_for() -> None:
     assert "yard_2 instead of yard_1" in document["explanation"]["robots"]["yard_1"]
 
 
+def test_an_explanation_tells_what_each_constraint_costs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    given = ["plan", "--goal", "move sample_1 to bay_7 without yard_1 avoiding bay_3", *GOAL[3:], "--explain"]
+    document = json.loads(CliRunner().invoke(app, [*given, "--json"]).stdout)
+    costs = {one["constraint"]: one for one in document["explanation"]["constraints"]}
+    assert list(costs) == ["without yard_1", "avoiding bay_3"]
+    assert costs["without yard_1"]["at_least_s"] > 1.0
+    assert costs["avoiding bay_3"]["at_least_s"] == 0.0
+    words = " ".join(CliRunner().invoke(app, given).stdout.split())
+    for constraint, cost in costs.items():
+        assert f"{constraint}: {cost['words']}" in words
+
+
 def test_a_terminal_shows_a_table_of_plans_and_the_reasons(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
     done = CliRunner().invoke(app, [*GOAL, "--alternatives", "2", "--explain"])
@@ -80,6 +93,31 @@ def test_what_is_optional_is_left_out_if_the_deadline_is_too_near(monkeypatch: p
     document = json.loads(CliRunner().invoke(app, [*terms, "--json", "--alternatives", "2"]).stdout)
     assert [one["goal"]["args"] for one in document["plan"]["left_out"]] == [["sample_3", "bay_8"]]
     assert all(one["goals"] == document["plan"]["goals"] for one in document["alternatives"])
+
+
+def test_preferences_are_told_with_what_they_cost(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    text = "move sample_1 to bay_7 preferably without yard_1 (cost 5) and preferably avoiding bay_3"
+    terms = ["plan", "--goal", text, *GOAL[3:]]
+    done = CliRunner().invoke(app, terms)
+    words = " ".join(done.stdout.split())
+    assert "preferably without yard_1 (cost 5 s)" in done.stderr
+    assert (
+        "Not kept, at a cost of 5 s: preferably without yard_1: the shortest plan found that keeps it"
+        in words
+    )
+    assert "Kept: preferably avoiding bay_3" in words
+    assert "Makespan and costs are 55 s together (proven: of no plan below 55 s)" in words
+    document = json.loads(
+        CliRunner().invoke(app, [*terms, "--json", "--alternatives", "3", "--explain"]).stdout
+    )
+    plan = document["plan"]
+    assert (plan["preferences"]["cost_s"], plan["preferences"]["cut_short"]) == (5.0, False)
+    for one in document["alternatives"]:
+        first, second = one["preferences"]["outcomes"]
+        assert (first["kept"], second["kept"]) == ("yard_1" not in one["robots"], True)
+    (cost,) = document["explanation"]["constraints"]
+    assert (cost["constraint"], cost["at_least_s"]) == ("preferably avoiding bay_3", 0.0)
 
 
 @pytest.mark.parametrize("optional", ["move sample_2 to bay_3", "0: move sample_2 to bay_3", "much: x", "5:"])

@@ -26,7 +26,7 @@ def test_the_critical_path_and_what_the_plan_takes_are_shown() -> None:
     plan = PlanBody.of_plan_net(net, STORE.base, engine="by hand")
     text = shown(plan)
     assert f"Critical path: {' → '.join(net.critical_path)}" in text
-    assert f"{net.makespan_s:.0f} s, {net.distance_m:.0f} m, {net.energy_j:.0f} J" in text
+    assert f"{net.makespan_s:.0f} s, {net.distance_m:.0f} m, {net.energy_j / 1000:.1f} kJ" in text
     drives = sum(action.distance_m for action in net.of_robot("yard_1"))
     assert f"yard_1 ({drives:.0f} m, " in text
 

@@ -93,6 +93,8 @@ class MissionServices:
         :param speech: with it, robots bid for goals with the allocation `contract_net`.
         """
         self._clock = clock
+        self.at_breakpoint = False
+        """Whether the world stands at a breakpoint."""
         self.database = Database(database_url)
         self.store = store
         events = EventLog(self.database)
@@ -180,6 +182,7 @@ class MissionServices:
             waiting=self.waiting,
             silent_in_s=lambda robot: 0.0 if silent.get(robot) else inf,
             tenders=self.tenders,
+            stands=lambda world: self.at_breakpoint,
             clock=wall_clock,
         )
 

@@ -283,6 +283,23 @@ def test_a_service_that_can_never_send_is_not_ready_and_says_why(
         assert link.run is None
 
 
+def test_a_world_whose_fleet_takes_up_another_world_file_waits_for_the_right_one(
+    tmp_path: Path, world_file: WorldFile, worker: PlanningWorker, broker: Mosquitto
+) -> None:
+    with served_beside(tmp_path, world_file, worker, broker) as (api, link):
+
+        def status() -> str:
+            return str(api.get("/v1/worlds/sample_store").json()["status"])
+
+        announce(broker)
+        until(lambda: status() == "running")
+        announce(broker, digest="another")
+        until(lambda: link.fault is not None)
+        assert status() == "waiting_for_fleet"
+        announce(broker)
+        until(lambda: status() == "running")
+
+
 def test_a_fleet_that_says_nothing_of_its_world_file_is_accepted(
     tmp_path: Path, world_file: WorldFile, worker: PlanningWorker, broker: Mosquitto
 ) -> None:

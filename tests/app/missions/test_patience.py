@@ -66,3 +66,11 @@ def test_a_process_that_goes_on_with_it_gives_them_the_time_again(asked: Asked, 
     asked.clock.set_back(back_s)
     assert asked.state_after(PATIENCE_S) == "dispatching"
     assert asked.state_after(PATIENCE_S) == "unknown"
+
+
+def test_the_time_that_their_world_stands_at_a_breakpoint_does_not_count(asked: Asked) -> None:
+    asked.services.at_breakpoint = True
+    assert asked.state_after(100 * PATIENCE_S) == "dispatching"
+    asked.services.at_breakpoint = False
+    assert asked.state_after(PATIENCE_S - 1.0) == "dispatching"
+    assert asked.state_after(1.0) == "unknown"

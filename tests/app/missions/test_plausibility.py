@@ -8,7 +8,7 @@ import pytest
 from app.agents.agent_models import Reception
 from app.domain.contradictions import CLOCKS_S
 from app.domain.world_model.beliefs import Facts
-from app.store import ScriptRow
+from app.store import PlanRow, ScriptRow
 from app.store.migrate import migrate
 from robots.clock import ManualClock
 from robots.wire import (
@@ -40,13 +40,21 @@ DELIVERED = SymbolicFact(predicate="in", args=("sample_1", "bay_7"))
 class Mission:
     """The main job under way: two robots have agreed to their scripts."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, as_needed: str | None = None) -> None:
+        """:param as_needed: a robot whose actions last as long as a number needs."""
         self.clock = ManualClock()
         self.clock.advance(1000.0)
         self.services = services(folder, store=STORE, clock=self.clock)
         migrate(self.services.database)
         self.services.start_world()
-        _, self.id = self.services.plans.approve(self.services.plan(), actor="operator")
+        plan_id = self.services.plan()
+        with self.services.database.write() as session:
+            plan = session.get_one(PlanRow, plan_id)
+            actions = [
+                {**one, "level": 0.9} if as_needed in one["agents"] else one for one in plan.body["actions"]
+            ]
+            plan.body = {**plan.body, "actions": actions}
+        _, self.id = self.services.plans.approve(plan_id, actor="operator")
         self.monitor()
         for robot in ROBOTS:
             script = self.script(robot)
@@ -181,6 +189,19 @@ def test_an_honest_end_that_came_too_early_counts_when_it_is_repeated(mission: M
     for message in repeated.values():
         assert mission.services.reports.record(message, WORLD) is Reception.RECORDED
     assert mission.stands == ("completed", "")
+
+
+@pytest.mark.parametrize(
+    ("as_needed", "reception"), [(None, Reception.HELD_BACK), ("yard_1", Reception.RECORDED)]
+)
+def test_what_lasts_as_long_as_a_number_needs_may_be_over_at_once(
+    tmp_path: Path, as_needed: str | None, reception: Reception
+) -> None:
+    mission = Mission(tmp_path, as_needed=as_needed)
+    assert mission.say("yard_1", mission.packet("yard_1", 0, PacketState.RUNNING)) is Reception.RECORDED
+    mission.clock.advance(0.1)
+    assert mission.say("yard_1", mission.packet("yard_1", 0)) is reception
+    mission.services.close()
 
 
 def test_a_mission_whose_robots_take_their_time_is_never_doubted(mission: Mission) -> None:

@@ -98,6 +98,24 @@ def mission(dispatched: Mission) -> Mission:
     return dispatched
 
 
+def test_a_script_that_was_on_its_way_when_the_mission_was_paused_is_paused(dispatched: Mission) -> None:
+    dispatched.services.missions.pause(dispatched.id, "operator", "")
+    dispatched.agree()
+    assert {one.control for one in dispatched.services.scripts(dispatched.id)} == {"pause"}
+
+
+def test_a_script_that_is_cancelled_before_its_robot_agrees_to_it_stays_cancelled(
+    dispatched: Mission,
+) -> None:
+    """Also while the mission is paused: the order to pause would replace the one to cancel, which is not repeated."""
+    dispatched.services.missions.pause(dispatched.id, "operator", "")
+    dispatched.services.missions.cancel(dispatched.id, "operator", "")
+    dispatched.services.life.monitor(dispatched.id)
+    assert {one.control for one in dispatched.services.scripts(dispatched.id)} == {"cancel"}
+    dispatched.agree()
+    assert {one.control for one in dispatched.services.scripts(dispatched.id)} == {"cancel"}
+
+
 @contextmanager
 def statements(services: MissionServices) -> Iterator[list[str]]:
     """The SQL statements of the block."""

@@ -40,7 +40,7 @@ def test_what_ships_is_a_pack() -> None:
     assert names(packs) == ["store"]
     of_peripherals = {*PERIPHERAL_TAGS}
     whole = {*packs.repertoire().tags} - {*PHASE_TAGS}
-    assert set(packs.knowledge_base().actions) - {"CARRY"} == whole | of_peripherals
+    assert set(packs.knowledge_base().actions) - {"CARRY", "CHARGE"} == whole | of_peripherals
     assert set(packs.worlds()) == {
         "busy_store",
         "sample_store",

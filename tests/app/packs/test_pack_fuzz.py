@@ -19,7 +19,7 @@ from benchmarks.pack_fuzz import (
     write_world,
 )
 
-FEW = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+FEW = settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def test_what_is_changed_is_valid_before(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from planner import (
 from planner.explanation.diagnosis import why_unsolvable
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
+from planner.plan_nets.orders import fewest_stages
 
 CARRYING = ("NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2")
 INTERCHANGES = ("interchange_2", "interchange_1")
@@ -36,14 +37,15 @@ class StoreEngine:
         self, problem: PlanningProblem, request: PlanningRequest, observer: Observer = UNOBSERVED
     ) -> PlanningResult:
         steps = _Steps(self._base, problem)
-        if not all(steps.achieve(goal) for goal in problem.goals):
+        stages = fewest_stages(problem.goals, problem.after)
+        if not all(steps.achieve(goal) for goal in sorted(problem.goals, key=lambda one: stages.get(one, 0))):
             return PlanningResult(
                 status=PlanningStatus.UNSOLVABLE,
                 engine=self.name,
                 planning_s=0.0,
                 reason=why_unsolvable(self._base, problem),
             )
-        achieving = extract(steps.actions, problem.facts, problem.goals)
+        achieving = extract(steps.actions, problem.facts, problem.goals, after=problem.after)
         plan_net = assemble(
             achieving, problem.goals, self._base, {}, problem.deadlines_s, problem.not_before_s
         )

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import pytest
 from fastapi.testclient import TestClient
 
 from tests.waiting import read_until
@@ -11,8 +12,8 @@ Follow = Callable[..., dict[str, Any]]
 GOAL = {"text": "move sample_1 to bay_7"}
 
 
-def planned(api: TestClient, follow: Follow) -> dict[str, Any]:
-    answer = api.post("/v1/goals", json=GOAL)
+def planned(api: TestClient, follow: Follow, **more: Any) -> dict[str, Any]:
+    answer = api.post("/v1/goals", json=GOAL | more)
     assert answer.status_code == 202, answer.text
     return follow(f"/v1/goals/{answer.json()['id']}", "planned")
 
@@ -38,7 +39,7 @@ def test_alternatives_are_plans_of_which_one_is_approved_and_the_others_are_supe
     assert (proposed["id"], proposed["label"]) == (goal["plan_id"], "")
     found = searched(api, goal["id"])
     assert (found["state"], found["plan_id"]) == ("planned", goal["plan_id"])
-    assert found["alternatives"] == {"state": "found", "count": 4, "reason": ""}
+    assert found["alternatives"] == {"state": "found", "count": 4, "reason": "", "edited": None}
     beside = choices(api, goal["id"])
     assert beside[0]["label"].startswith("shortest time")
     assert goal["plan_id"] in [one["id"] for one in beside]
@@ -140,6 +141,20 @@ def test_a_plan_explains_itself_and_what_its_robots_are_worth(api: TestClient, f
     missing = api.get(f"{path}/actions/a99/explanation")
     assert (missing.status_code, last in missing.json()["choices"]) == (404, True)
     assert api.get("/v1/plans/nothing/explanation").status_code == 404
+
+
+def test_a_plan_explains_what_each_of_its_constraints_costs(api: TestClient, follow: Follow) -> None:
+    given = {"without": ["yard_1"], "avoid": ["bay_3"], "keep_empty": ["bay_9"]}
+    free, goal = planned(api, follow), planned(api, follow, constraints=given)
+    path = f"/v1/plans/{goal['plan_id']}"
+    saved_s = (
+        api.get(path).json()["makespan_s"] - api.get(f"/v1/plans/{free['plan_id']}").json()["makespan_s"]
+    )
+    costs = {one["constraint"]: one for one in api.get(f"{path}/explanation").json()["constraints"]}
+    assert list(costs) == ["without yard_1", "avoiding bay_3", "keeping empty: bay_9"]
+    assert costs["without yard_1"]["at_least_s"] == pytest.approx(saved_s)
+    assert [one["at_least_s"] for one in costs.values()][1:] == [0.0, 0.0]
+    assert all(one["words"] for one in costs.values())
 
 
 def test_an_explanation_is_kept_and_one_asked_for_too_late_leaves_the_costs_out(

@@ -75,7 +75,8 @@ def test_keeping_an_empty_place_empty_is_done_at_once_and_stands(api: TestClient
     )
     (hold,) = standing(api)
     assert (hold["places"], hold["state"], hold["goal_id"]) == (["bay_7", "bay_8"], "held", goal["id"])
-    assert goal["holds"] == [{"id": hold["id"], "places": ["bay_7", "bay_8"], "until": hold["until"]}]
+    kept = {"places": ["bay_7", "bay_8"], "facts": []}
+    assert goal["holds"] == [{"id": hold["id"], **kept, "until": hold["until"]}]
     began = [event for event in service.events.since(0) if event.type == "hold.began"]
     assert [(event.subject, event.data["places"]) for event in began] == [(hold["id"], ["bay_7", "bay_8"])]
     over = end(api, "the delivery came early")

@@ -315,7 +315,9 @@ def searched(
 ) -> tuple[str, Alternatives]:
     """A planned goal whose alternatives are searched for."""
     goal = planned(record, worker, planning)
-    alternatives = Alternatives(record.core)
+    alternatives = Alternatives(
+        record.core, problems=record.problems, worlds={WORLD: STORE.world}, clocks=record.clocks
+    )
     alternatives.search(goal.id, 4, actor="me")
     return goal.id, alternatives
 
@@ -404,7 +406,7 @@ def test_a_plan_that_fills_what_is_to_stay_empty_is_not_proposed_and_waits_for_t
     held = replace(
         built,
         constraints=empty,
-        withheld=replace(built.withheld, holds={"the end of hold h": empty.kept_empty}),
+        withheld=replace(built.withheld, holds={"the end of hold h": empty}),
     )
     assert permitted(built, WorkResult.solved((over_2,))).answer == (over_2,)
     refused = permitted(held, WorkResult.solved((over_2,)))

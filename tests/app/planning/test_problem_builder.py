@@ -19,7 +19,8 @@ from app.store import Database, DurationRow, GoalRow, MissionRow, PlanRow
 from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
 from app.store.reservations import MissionReservation, Reservations
-from planner import Fact, PlanNet, PlanningRequest, scale_term
+from planner import Fact, PlanNet, PlanningProblem, PlanningRequest, scale_term
+from planner.explanation.conflict import Restriction
 from tests.app.planning.record import STORE, StoreRecord
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.sample_store import said
@@ -91,11 +92,22 @@ class StoreProblems:
         return mission.id
 
     def build(self, *texts: str, **more: Any) -> GoalProblem:
-        goals = [said(text).model_dump() for text in texts or ("in(sample_1, bay_7)",)]
-        goal = GoalRow(world="sample_store", goal=goals, priority=0, **more)
-        built = self._record.problems.build(self._session, goal)
+        built = self._record.problems.build(self._session, self._goal(*texts, **more))
         assert built.releases == 7
         return built
+
+    def restricted(
+        self, *texts: str, **more: Any
+    ) -> tuple[GoalProblem, tuple[PlanningProblem, tuple[Restriction, ...]] | None]:
+        """A goal's problem, and the one without its constraints with what these withhold."""
+        goal = self._goal(*texts, **more)
+        built = self._record.problems.build(self._session, goal)
+        return built, self._record.problems.restrictions(self._session, goal, built)
+
+    @staticmethod
+    def _goal(*texts: str, **more: Any) -> GoalRow:
+        goals = [said(text).model_dump() for text in texts or ("in(sample_1, bay_7)",)]
+        return GoalRow(world="sample_store", goal=goals, **{"priority": 0, **more})
 
 
 @pytest.fixture
@@ -224,6 +236,36 @@ def test_constraints_withhold_robots_and_places_and_are_not_waited_for(problems:
     result = StoreEngine().plan(built.problem, PlanningRequest())
     assert result.plan_net is not None
     assert not built.constraints.broken_by(result.plan_net)
+
+
+def test_a_problem_without_constraints_and_what_these_withhold_are_the_problem_with_them(
+    problems: StoreProblems,
+) -> None:
+    terms = {
+        "constraints": {
+            "robots": ["yard_1", "store_1", "store_2"],
+            "without": ["store_1"],
+            "avoid": ["interchange_1"],
+            "keep_empty": ["bay_3"],
+            "keep": [{"predicate": "in", "args": ["sample_2", "bay_2"]}],
+        }
+    }
+    built, restricted = problems.restricted(terms=terms, deadline_at_s=130.0, priority=3)
+    assert restricted is not None
+    problem, restrictions = restricted
+    assert [one.words for one in restrictions] == [
+        "only with yard_1, store_1 and store_2",
+        "without store_1",
+        "avoiding interchange_1",
+        "keeping empty: bay_3",
+        "keeping sample_2 in bay_2",
+    ]
+    withheld = frozenset[Fact]().union(*(one.withheld for one in restrictions))
+    assert problem.facts > built.problem.facts
+    ways = {"functions": built.problem.functions}  # it has no ways to where nobody can be
+    assert replace(problem, facts=problem.facts - withheld, **ways) == built.problem
+    assert problem.functions.items() >= built.problem.functions.items()
+    assert problems.restricted()[1] is None
 
 
 def test_a_goal_waits_for_the_mission_of_a_robot_that_must_not_act_and_stands_in_the_way(

@@ -1,4 +1,4 @@
-"""Robots whose battery is low, or that charge, are not recruited."""
+"""Robots whose battery is low, or that charge on their own account, are not recruited."""
 
 from typing import Any
 
@@ -7,11 +7,13 @@ from fastapi.testclient import TestClient
 
 from app.agents import RobotBoard
 from robots.clock import ManualClock
-from robots.wire import Telemetry
+from robots.wire import OWN, Telemetry
 from tests.app.fake_robots import FakeTeam
 from tests.waiting import in_state, read_until
 
 Thing = dict[str, Any]
+RECHARGE = f"{OWN}:1"
+"""A script of the robot's own, by which it is charged."""
 
 
 def post(api: TestClient, text: str) -> str:
@@ -22,8 +24,16 @@ def settled(goal: Thing) -> bool:
     return goal["state"] in ("waiting", "planned", "unsolvable")
 
 
-def said(battery: float, *, charging: bool = False) -> Telemetry:
-    return Telemetry(at_s=0.0, x_m=0.0, y_m=0.0, heading_rad=0.0, battery=battery, charging=charging)
+def said(battery: float, *, charging: bool = False, script_id: str | None = None) -> Telemetry:
+    return Telemetry(
+        at_s=0.0,
+        x_m=0.0,
+        y_m=0.0,
+        heading_rad=0.0,
+        battery=battery,
+        charging=charging,
+        script_id=script_id,
+    )
 
 
 def test_a_goal_waits_for_a_robot_with_a_low_battery_until_it_has_charged(
@@ -37,7 +47,7 @@ def test_a_goal_waits_for_a_robot_with_a_low_battery_until_it_has_charged(
         "waiting",
         "waits for store_2, which rests, its battery at 10%",
     )
-    team.tell("store_2", battery=0.5, charging=True)
+    team.tell("store_2", battery=0.5, charging=True, script_id=RECHARGE)
     read_until(api, "/v1/robots/store_2", lambda robot: robot["battery"] == 0.5)
     followed = read_until(api, goal, lambda now: "50%" in now["reason"])
     assert (followed["state"], followed["reason"]) == (
@@ -49,7 +59,7 @@ def test_a_goal_waits_for_a_robot_with_a_low_battery_until_it_has_charged(
 
 
 def test_another_robot_is_recruited_instead_of_one_that_charges(api: TestClient, team: FakeTeam) -> None:
-    team.tell("yard_1", battery=0.8, charging=True)
+    team.tell("yard_1", battery=0.8, charging=True, script_id=RECHARGE)
     read_until(api, "/v1/robots/yard_1", lambda robot: robot["battery"] == 0.8)
     goal = read_until(api, post(api, "move sample_1 to bay_7"), settled)
     assert "yard_2" in api.get(f"/v1/plans/{goal['plan_id']}").json()["robots"]
@@ -62,8 +72,10 @@ def test_another_robot_is_recruited_instead_of_one_that_charges(api: TestClient,
         ([said(0.19)], True),
         ([said(0.19), said(0.24)], True),
         ([said(0.19), said(0.26)], False),
-        ([said(1.0, charging=True)], True),
-        ([said(1.0, charging=True), said(1.0)], False),
+        ([said(0.19), said(0.24, charging=True)], True),
+        ([said(0.6, charging=True)], False),
+        ([said(0.6, charging=True, script_id=RECHARGE)], True),
+        ([said(0.6, charging=True, script_id=RECHARGE), said(0.6, charging=True)], False),
     ],
 )
 def test_a_robot_at_the_mark_is_not_called_fit_and_unfit_by_turns(

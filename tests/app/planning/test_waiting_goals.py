@@ -1,7 +1,7 @@
 """Which of the goals that wait is planned next."""
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
@@ -23,6 +23,23 @@ from app.store.reservations import Reservations
 from app.workflows import PLAN_WAITING, WAITING, Workflows
 from planner import load_knowledge_base
 from tests.waiting import until
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Iterator[Database]:
+    """A record with one world."""
+    with closing(Database(f"sqlite:///{tmp_path / 'lab.sqlite'}")) as database:
+        migrate(database)
+        with database.write() as session:
+            session.add(WorldRow(id="lab", title="Lab", layout={}, releases=0))
+        yield database
+
+
+@pytest.fixture
+def workflows(lab: Database) -> Iterator[Workflows]:
+    """Not launched."""
+    with closing(Workflows(lab.url)) as workflows:
+        yield workflows
 
 
 @pytest.fixture
@@ -81,42 +98,32 @@ def test_a_goal_is_planned_once_for_all_that_became_free_until_then(session: Ses
     assert order(session) == ["one"]
 
 
-def test_many_goals_are_planned_by_several_workflows_one_after_the_other(tmp_path: Path) -> None:
-    database = Database(f"sqlite:///{tmp_path / 'many.sqlite'}")
-    migrate(database)
-    workflows = Workflows(database.url)
-    goals, planned = WaitingGoals(core_of(database, workflows), clocks={}), SimpleQueue[str]()
+def test_many_goals_are_planned_by_several_workflows_one_after_the_other(
+    lab: Database, workflows: Workflows
+) -> None:
+    goals, planned = WaitingGoals(core_of(lab, workflows), clocks={}), SimpleQueue[str]()
 
     def plan(goal_id: str) -> None:
-        with database.write() as session:
+        with lab.write() as session:
             session.get_one(GoalRow, goal_id).releases_seen = 1
         planned.put(goal_id)
 
     workflows.register(PLAN_WAITING, partial(goals.run, plan=plan), makes_room_in=(WAITING,))
     workflows.launch()
     names = [f"goal {number:03}" for number in range(2 * GOALS_PER_WORKFLOW + 1)]
-    with database.write() as session:
-        session.add(WorldRow(id="lab", title="Lab", layout={}, releases=0))
-        session.flush()
+    with lab.write() as session:
         for name in names:
             waiting(session, name, created_at=name, releases_seen=0)
         goals.release(session, "lab")
     assert [planned.get(timeout=30) for _ in names] == names
     until(lambda: [one.status for one in DBOS.list_workflows(name=PLAN_WAITING)] == ["SUCCESS"] * 3)
-    workflows.close()
-    database.close()
 
 
 def test_an_available_robot_is_not_forgotten_while_the_database_is_away_or_another_comes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    lab: Database, workflows: Workflows, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    database = Database(f"sqlite:///{tmp_path / 'away.sqlite'}")
-    migrate(database)
-    with database.write() as session:
-        session.add(WorldRow(id="lab", title="Lab", layout={}, releases=0))
-    workflows = Workflows(database.url)
-    goals = WaitingGoals(core_of(database, workflows), clocks={})
-    write = database.write
+    goals = WaitingGoals(core_of(lab, workflows), clocks={})
+    write = lab.write
 
     def away() -> AbstractContextManager[Session]:
         raise ConnectionError("away")
@@ -126,18 +133,16 @@ def test_an_available_robot_is_not_forgotten_while_the_database_is_away_or_anoth
         return write()
 
     goals.robot_available("lab")
-    monkeypatch.setattr(database, "write", away)
+    monkeypatch.setattr(lab, "write", away)
     with pytest.raises(ConnectionError):
         goals.handle_availability("lab")
-    monkeypatch.setattr(database, "write", another_comes)
+    monkeypatch.setattr(lab, "write", another_comes)
     goals.handle_availability("lab")
-    monkeypatch.setattr(database, "write", write)
+    monkeypatch.setattr(lab, "write", write)
     for _ in range(2):
         goals.handle_availability("lab")
-    with database.read() as session:
+    with lab.read() as session:
         assert session.get_one(WorldRow, "lab").releases == 2
-    workflows.close()
-    database.close()
 
 
 def core_of(database: Database, workflows: Workflows) -> Core:

@@ -1,7 +1,9 @@
 """Durable workflows: begun when the transaction that starts them commits."""
 
 import threading
+from collections import Counter
 from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from functools import partial
 from queue import Empty, Queue
 
@@ -27,14 +29,20 @@ class StandingClock(SystemClock):
     """Waits as long as the system's clock does, while its monotonic time stands still."""
 
     def __init__(self) -> None:
-        self.waits = 0
+        self.waits = Counter[str]()
+        """By the thread's name."""
 
     def monotonic_s(self) -> float:
         return 1000.0
 
     def wait(self, event: threading.Event, timeout_s: float) -> bool:
-        self.waits += 1
+        self.waits[threading.current_thread().name] += 1
         return super().wait(event, timeout_s)
+
+    def wait_twice(self, thread: str) -> None:
+        """Return once the thread has begun two more waits: whatever it did after the first is over."""
+        begun = self.waits[thread]
+        until(lambda: self.waits[thread] >= begun + 2)
 
 
 @pytest.fixture
@@ -74,19 +82,18 @@ def test_a_workflow_begins_when_its_transaction_commits_and_not_with_the_next_lo
 def test_a_process_that_others_take_for_dead_dequeues_nothing(
     database: Database, carried_out: Queue[str]
 ) -> None:
-    clock = StandingClock()
-    workflows = Workflows(database.url, queue_polling_s=0.02, clock=clock)
-    workflows.register("note", carried_out.put)
-    workflows.launch()
-    workflows.dequeue_until(clock.monotonic_s())
-    with database.write() as session:
-        workflows.start(session, MISSIONS, "note", "first", "one")
-    polled = clock.waits
-    until(lambda: clock.waits > polled + 20)
-    assert carried_out.empty()
-    workflows.dequeue_until(clock.monotonic_s() + HARDLY_EVER_S)
-    assert carried_out.get(timeout=30) == "one"
-    workflows.close()
+    clock, thread = StandingClock(), f"queue {MISSIONS.name}"
+    with closing(Workflows(database.url, queue_polling_s=0.02, clock=clock)) as workflows:
+        workflows.register("note", carried_out.put)
+        workflows.launch()
+        workflows.dequeue_until(clock.monotonic_s())
+        clock.wait_twice(thread)  # a poll that was about to begin is over
+        with database.write() as session:
+            workflows.start(session, MISSIONS, "note", "first", "one")
+        clock.wait_twice(thread)
+        assert carried_out.empty()
+        workflows.dequeue_until(clock.monotonic_s() + HARDLY_EVER_S)
+        assert carried_out.get(timeout=30) == "one"
 
 
 def test_a_workflow_of_a_transaction_that_fails_never_begins(
@@ -120,31 +127,30 @@ def test_one_that_sleeps_ends_with_its_process_and_goes_on_in_the_next(
         workflows.launch()
         return workflows
 
-    first = launched()
-    with database.write() as session:
-        first.start(session, MISSIONS, "nap", "mine", "awake")
-    assert carried_out.get(timeout=30) == "asleep"
-    first.close()
+    with closing(launched()) as first:
+        with database.write() as session:
+            first.start(session, MISSIONS, "nap", "mine", "awake")
+        assert carried_out.get(timeout=30) == "asleep"
     until(lambda: not [one for one in threading.enumerate() if one.name.startswith("dbos-executor")])
 
-    second = launched()
-    if database.shared:
-        with psycopg.connect(database.url.replace("+psycopg", ""), autocommit=True) as other:
-            other.execute(f"LISTEN {CHANNEL}")
-            with database.write() as session:
-                assert second.recover_executor(session, first.executor) == 1
-            topics = [one.payload.split()[0] for one in other.notifies(timeout=30, stop_after=len(QUEUES))]
-            assert MISSIONS.name in topics
-    assert carried_out.get(timeout=30) == "asleep"  # it begins at its first step
-    with database.write() as session:
-        second.wake(session, "mine")
-    assert carried_out.get(timeout=30) == "awake"
-    second.close()
+    with closing(launched()) as second:
+        if database.shared:
+            with psycopg.connect(database.url.replace("+psycopg", ""), autocommit=True) as other:
+                other.execute(f"LISTEN {CHANNEL}")
+                with database.write() as session:
+                    assert second.recover_executor(session, first.executor) == 1
+                topics = [
+                    one.payload.split()[0] for one in other.notifies(timeout=30, stop_after=len(QUEUES))
+                ]
+                assert MISSIONS.name in topics
+        assert carried_out.get(timeout=30) == "asleep"  # it begins at its first step
+        with database.write() as session:
+            second.wake(session, "mine")
+        assert carried_out.get(timeout=30) == "awake"
     assert carried_out.empty()
 
 
 def test_a_wake_that_comes_before_the_sleep_ends_it(database: Database, carried_out: Queue[str]) -> None:
-    workflows = Workflows(database.url)
     works, goes_on = threading.Event(), threading.Event()
 
     def nap(subject: str) -> None:
@@ -153,21 +159,21 @@ def test_a_wake_that_comes_before_the_sleep_ends_it(database: Database, carried_
         sleep_until_woken(HARDLY_EVER_S)
         carried_out.put(subject)
 
-    workflows.register("nap", nap)
-    workflows.launch()
-    with database.write() as session:
-        workflows.start(session, MISSIONS, "nap", "mine", "awake")
-    assert works.wait(30)
-    with database.write() as session:
-        workflows.wake(session, "mine")
-    goes_on.set()
-    assert carried_out.get(timeout=30) == "awake"
-    workflows.close()
+    with closing(Workflows(database.url)) as workflows:
+        workflows.register("nap", nap)
+        workflows.launch()
+        with database.write() as session:
+            workflows.start(session, MISSIONS, "nap", "mine", "awake")
+        assert works.wait(30)
+        with database.write() as session:
+            workflows.wake(session, "mine")
+        goes_on.set()
+        assert carried_out.get(timeout=30) == "awake"
 
 
-def sleeping(database: Database, carried_out: Queue[str]) -> Workflows:
+@contextmanager
+def sleeping(database: Database, carried_out: Queue[str]) -> Iterator[Workflows]:
     """Workflows of which one, `mine`, sleeps; it says how its sleep ends."""
-    workflows = Workflows(database.url)
 
     def nap(_: str) -> None:
         carried_out.put("asleep")
@@ -178,27 +184,27 @@ def sleeping(database: Database, carried_out: Queue[str]) -> Workflows:
             raise
         carried_out.put("awake")
 
-    workflows.register("nap", nap)
-    workflows.launch()
-    with database.write() as session:
-        workflows.start(session, MISSIONS, "nap", "mine", "anything")
-    assert carried_out.get(timeout=30) == "asleep"
-    return workflows
+    with closing(Workflows(database.url)) as workflows:
+        workflows.register("nap", nap)
+        workflows.launch()
+        with database.write() as session:
+            workflows.start(session, MISSIONS, "nap", "mine", "anything")
+        assert carried_out.get(timeout=30) == "asleep"
+        yield workflows
 
 
 def test_a_run_ends_whose_workflow_another_process_has_taken_over(
     database: Database, carried_out: Queue[str]
 ) -> None:
-    workflows = sleeping(database, carried_out)
-    assert workflows.recover_lost() == 0
     table = "dbos.workflow_status" if database.shared else "workflow_status"
-    with database.write() as session:
-        session.execute(text(f"UPDATE {table} SET executor_id = 'another' WHERE workflow_uuid = 'mine'"))
-    assert workflows.recover_lost() == 0  # it might just have ended
-    assert carried_out.empty()
-    assert workflows.recover_lost() == 0
-    assert carried_out.get(timeout=30) == "Interrupted"
-    workflows.close()
+    with sleeping(database, carried_out) as workflows:
+        assert workflows.recover_lost() == 0
+        with database.write() as session:
+            session.execute(text(f"UPDATE {table} SET executor_id = 'another' WHERE workflow_uuid = 'mine'"))
+        assert workflows.recover_lost() == 0  # it might just have ended
+        assert carried_out.empty()
+        assert workflows.recover_lost() == 0
+        assert carried_out.get(timeout=30) == "Interrupted"
     with database.read() as session:
         query = text(f"SELECT status, executor_id FROM {table} WHERE workflow_uuid = 'mine'")
         assert tuple(session.execute(query).one()) == ("PENDING", "another")
@@ -210,14 +216,13 @@ def test_a_workflow_that_comes_back_to_its_process_has_one_run(
     """As if another process had counted this one as dead, and this one had dequeued the workflow again."""
     if not database.shared:
         return  # there is one process
-    workflows = sleeping(database, carried_out)
-    with database.write() as session:
-        assert workflows.recover_executor(session, workflows.executor) == 1
-    assert sorted(carried_out.get(timeout=30) for _ in range(2)) == ["Interrupted", "asleep"]
-    with database.write() as session:
-        workflows.wake(session, "mine")
-    assert carried_out.get(timeout=30) == "awake"
-    workflows.close()
+    with sleeping(database, carried_out) as workflows:
+        with database.write() as session:
+            assert workflows.recover_executor(session, workflows.executor) == 1
+        assert sorted(carried_out.get(timeout=30) for _ in range(2)) == ["Interrupted", "asleep"]
+        with database.write() as session:
+            workflows.wake(session, "mine")
+        assert carried_out.get(timeout=30) == "awake"
 
 
 def test_a_workflow_is_woken_by_what_another_process_writes(
@@ -225,20 +230,21 @@ def test_a_workflow_is_woken_by_what_another_process_writes(
 ) -> None:
     if not database.shared:
         return  # there is one process
-    workflows = sleeping(database, carried_out)
-    listener = NotificationListener(database, workflows.topics, wake=workflows.wake_here)
-    listener.start()
-    assert carried_out.get(timeout=30) == "awake"  # what was written before it listened may have been missed
-    with database.write() as session:
-        workflows.start(session, MISSIONS, "nap", "second", "anything")
-    assert carried_out.get(timeout=30) == "asleep"
-    there = Database(database.url)
-    with there.write() as session:
-        announce(session, f"{WAKE}:second")
-    assert carried_out.get(timeout=30) == "awake"
-    there.close()
-    listener.close()
-    workflows.close()
+    with (
+        sleeping(database, carried_out) as workflows,
+        closing(NotificationListener(database, workflows.topics, wake=workflows.wake_here)) as listener,
+        closing(Database(database.url)) as there,
+    ):
+        listener.start()
+        assert (
+            carried_out.get(timeout=30) == "awake"
+        )  # what was written before it listened may have been missed
+        with database.write() as session:
+            workflows.start(session, MISSIONS, "nap", "second", "anything")
+        assert carried_out.get(timeout=30) == "asleep"
+        with there.write() as session:
+            announce(session, f"{WAKE}:second")
+        assert carried_out.get(timeout=30) == "awake"
 
 
 def test_a_workflow_that_was_lost_between_its_queue_and_the_process_is_recovered(

@@ -159,4 +159,7 @@ def test_waits_are_the_gaps_in_the_robots_lanes(plan_net: PlanNet, explanation: 
         assert plan_net.action(wait.awaited).earliest_end_s == pytest.approx(
             plan_net.action(wait.action).earliest_start_s, abs=0.01
         )
+        assert wait.from_s + wait.span_s == pytest.approx(
+            plan_net.action(wait.action).earliest_start_s, abs=0.0015
+        )
         assert wait.robot in wait.words

@@ -86,3 +86,18 @@ def test_what_keeps_an_ordering_is_said(
 ) -> None:
     kept = ordering(OrderingReason.RESOURCE, keeping)
     assert why(knowledge_base, kept, action("a1"), action("a2")) == words
+
+
+def test_an_order_of_goals_names_both(knowledge_base: KnowledgeBase) -> None:
+    words = why(
+        knowledge_base,
+        ordering(OrderingReason.ORDER, Keeping.CLEARANCE),
+        action("a1"),
+        action("a2"),
+        CausalLink(producer="a1", fact=FREE, consumer="goal"),
+        CausalLink(producer="a2", fact=CLEAR, consumer="goal"),
+    )
+    assert words == (
+        "the plan is edited so that door_1 is clear of robots in yard only once bay_1 has room for an object; "
+        "the robot waits until it is cleared"
+    )

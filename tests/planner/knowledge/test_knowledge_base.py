@@ -18,7 +18,7 @@ def shipped() -> str:
 def test_the_six_actions_of_the_paper_and_those_of_ours_are_data(knowledge_base: KnowledgeBase) -> None:
     paper = {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE1", "RELEASE2", "TRACK"}
     operations = {"OPEN", "CLOSE", "MOVE_TO_LEVEL"}
-    assert set(knowledge_base.actions) == {*paper, "DOCK2", "CARRY", *operations}
+    assert set(knowledge_base.actions) == {*paper, "DOCK2", "CARRY", "CHARGE", *operations}
     assert knowledge_base.operations == operations
 
 
@@ -100,10 +100,10 @@ def test_grounding_gives_distance_and_energy(knowledge_base: KnowledgeBase) -> N
     places = {"rel1": "near", "ref1": "door_1", "rel2": "near", "ref2": "bay_7", "area": "yard"}
     drive = knowledge_base.ground("NAVIGATE", {"robots": "yard_1", **places}, FUNCTIONS, objects=OBJECTS)
     assert drive.distance_m == 3.0
-    assert drive.energy_j == pytest.approx(6 * drive.duration_s + 12 * 3.0)
+    assert drive.energy_j == pytest.approx(11 * drive.duration_s + 25 * 3.0)
     arguments = {"object": "sample_1", "robots": "yard_1", "rel1": "near", "ref1": "door_1"}
     dock = knowledge_base.ground("DOCK", arguments, FUNCTIONS, objects=OBJECTS)
-    assert (dock.distance_m, dock.energy_j) == (0.0, 6 * 2.5 + 5)
+    assert (dock.distance_m, dock.energy_j) == (0.0, 11 * 2.5 + 5)
 
 
 def test_an_action_without_figures_drives_and_uses_nothing() -> None:
@@ -141,7 +141,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         (
             "reaches(robots, ref2)",
             "reached(robots, ref2)",
-            "unknown predicate 'reached'; choices: brought, can, clear",
+            "unknown predicate 'reached'; choices: brought, can, charged",
         ),
         ("reaches(robots, ref2)", "reaches(robots)", "reaches takes (robot, location)"),
         ("gripper, full", "gripper, fool", "unknown condition 'fool'; choices: empty, full"),
@@ -149,7 +149,7 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         (
             "speed_m_s(robots) + 0.5",
             "sped(robots) + 5",
-            "unknown function 'sped'; choices: closing_s, distance_m, opening_s, speed_m_s",
+            "unknown function 'sped'; choices: capacity_j, charger_w, closing_s, distance_m, opening_s, speed_m_s",
         ),
         (
             "distance: distance_m(ref1, ref2)",
@@ -158,12 +158,12 @@ def test_grounding_refuses_an_argument_of_the_wrong_type(knowledge_base: Knowled
         ),
         ("distance: distance_m(ref1, ref2)", "distance: duration()", "TRANSPORT, distance: unknown function"),
         (
-            "energy: 6 * duration()",
+            "energy: 11 * duration()",
             "energy: 6 * time()",
-            "unknown function 'time'; choices: closing_s, distance(), distance_m, duration(), opening_s, speed_m_s",
+            "unknown function 'time'; choices: capacity_j, charger_w, closing_s, distance(), distance_m, duration(), ",
         ),
-        ("energy: 6 * duration()", "energy: 6 ** duration()", "TRANSPORT, energy"),
-        ("energy: 6 * duration()", "energy: 6 * duration(ref1)", "unknown function 'duration'"),
+        ("energy: 11 * duration()", "energy: 6 ** duration()", "TRANSPORT, energy"),
+        ("energy: 11 * duration()", "energy: 6 * duration(ref1)", "unknown function 'duration'"),
         (
             "speed_m_s: [robot]",
             "speed_m_s: [robot]\n  duration: []",
@@ -280,7 +280,7 @@ def test_a_list_of_two_robots_holds_for_each_of_them(knowledge_base: KnowledgeBa
     assert action.agents == ("yard_1", "yard_2")
     assert action.duration_s == pytest.approx(4 * 3.0 / 0.25 + 5)  # the slower one's
     assert action.distance_m == 2 * 3.0  # each drives
-    assert action.energy_j == pytest.approx(2 * (6 * action.duration_s + 12 * 3.0))
+    assert action.energy_j == pytest.approx(2 * (11 * action.duration_s + 25 * 3.0))
     for robot in action.agents:
         assert Fact("object_position", ("girder", "in", robot)) in action.preconditions
         assert Fact("robot_position", (robot, "near", "bay_7")) in action.other_effects

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.errors import CyclicOrder
-from planner.plan_nets.precedence import Precedence, members
+from planner.plan_nets.precedence import Precedence, in_sequence, members
 
 Pairs = set[tuple[int, int]]
 NODES = 9
@@ -49,3 +49,18 @@ def test_a_cycle_is_refused_with_those_on_it_or_behind_it() -> None:
     with pytest.raises(CyclicOrder) as refusal:
         Precedence.of(5, [(0, 1), (1, 2), (2, 1), (2, 3)])
     assert refusal.value.nodes == [1, 2, 3]
+
+
+@given(pairs=acyclic())
+def test_the_sequence_keeps_all_pairs_and_the_numbers_order_where_it_can(pairs: Pairs) -> None:
+    order = in_sequence(NODES, pairs)
+    place = {node: at for at, node in enumerate(order)}
+    assert sorted(order) == list(range(NODES))
+    assert all(place[a] < place[b] for a, b in pairs)
+    assert in_sequence(NODES, {(a, b) for a, b in pairs if a < b}) == list(range(NODES))
+
+
+def test_a_sequence_of_a_cycle_is_refused_with_those_on_it_or_behind_it() -> None:
+    with pytest.raises(CyclicOrder) as refusal:
+        in_sequence(4, [(0, 1), (1, 1), (1, 2)])
+    assert refusal.value.nodes == [1, 2]

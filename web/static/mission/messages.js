@@ -20,6 +20,6 @@ export async function showMessages(body, mission) {
   requested = { mission: known, at: performance.now() };
   const [said, robots] = await Promise.all([list(`/v1/missions/${id(mission.id)}/conversation`), list("/v1/robots")]);
   if (requested.mission !== known) return; // another mission is shown, or this one has changed
-  if (!isDrawn) replace(body, conversation.node);
+  if (conversation.node.parentElement !== body) replace(body, conversation.node);
   conversation.show(said.flatMap(sayingsOf), robots.filter((one) => one.world === mission.world).map((one) => one.name));
 }

@@ -20,6 +20,9 @@ export function mountMission(store, actions) {
   const results = el("div");
   const messages = createMessages();
   const problem = el("div", { role: "alert" });
+  const head = el("div");
+  const robots = el("div");
+  const card = el("article", { class: "card mission", "data-testid": "mission" }, head, problem, clock, robots, results, messages.node);
   let drawn = "";
   store.subscribe((state) => {
     const { mission } = state;
@@ -27,7 +30,11 @@ export function mountMission(store, actions) {
     if (key !== drawn) {
       drawn = key;
       show(problem);
-      replace(container, mission ? card(mission, { clock, problem, more: [results, messages.node] }, actions) : null);
+      if (mission) {
+        drawHead(head, mission, problem, actions);
+        show(robots, (mission.progress ?? []).map(robotProgress));
+      }
+      if (card.isConnected !== Boolean(mission)) replace(container, mission && card); // to move it would take the focus from a message
     }
     if (!mission) return;
     if (mission.results) fetchResults().then((module) => module.showResults(results, mission), (error) => show(results, problemBox(error)));
@@ -68,12 +75,12 @@ function createMessages() {
   };
 }
 
-/** @param {Mission} mission @param {{clock: Element, problem: Element, more: Element[]}} parts @param {Actions} actions */
-function card(mission, { clock, problem, more }, { refresh, replay }) {
+/** The mission's state and its commands; the command that has the focus keeps it. @param {Element} node @param {Mission} mission @param {Element} problem @param {Actions} actions */
+function drawHead(node, mission, problem, { refresh, replay }) {
   const hasEnded = ENDED.includes(mission.state);
-  return el(
-    "article",
-    { class: "card mission", "data-testid": "mission" },
+  const focused = document.activeElement instanceof HTMLElement && node.contains(document.activeElement) ? document.activeElement.dataset.testid : undefined;
+  replace(
+    node,
     el(
       "div",
       { class: "head" },
@@ -86,11 +93,8 @@ function card(mission, { clock, problem, more }, { refresh, replay }) {
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
     recovery(mission),
     hasEnded ? null : policyChoice(mission, problem, refresh),
-    problem,
-    clock,
-    (mission.progress ?? []).map(robotProgress),
-    more,
   );
+  if (focused) /** @type {HTMLElement | null} */ (node.querySelector(`[data-testid="${focused}"]`))?.focus({ preventScroll: true });
 }
 
 /** @param {Mission} mission @param {Element} problem @param {() => void} refresh @returns {Child} */

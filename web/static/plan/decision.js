@@ -45,13 +45,13 @@ function alternatives({ goal, alternatives: plans }, refresh, comparison) {
   const search = goal.alternatives;
   const isSearching = search?.state === "seeking";
   const box = el("div", { role: "alert" });
-  const label = isSearching ? "Looking for alternatives …" : "Find alternatives";
+  const label = !isSearching ? "Find alternatives" : search.edited ? "Planning the change …" : "Looking for alternatives …";
   const button = commandButton(label, `/v1/goals/${id(goal.id)}:alternatives`, box, refresh, { disabled: isSearching, "data-testid": "seek-alternatives" });
   return el(
     "div",
     { class: "alternatives" },
     comparison,
-    search && !isSearching && plans.length < 2 ? el("p", { class: "quiet small" }, search.reason || "No plan differs from this one and is better at anything.") : null,
+    search && !isSearching && (search.reason || plans.length < 2) ? el("p", { class: "quiet small", "data-testid": "search-reason" }, search.reason || "No plan differs from this one and is better at anything.") : null,
     button,
     box,
   );

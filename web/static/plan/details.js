@@ -59,12 +59,13 @@ export function links({ causal_links: all = [] }) {
 }
 
 /** @param {PlanExplanation} explained */
-export function reasons({ makespan, waits, robots: recruited, actions }) {
+export function reasons({ makespan, waits, constraints, robots: recruited, actions }) {
   return el(
     "dl",
     {},
     el("dt", {}, "What determines the duration"),
     [...makespan, ...waits.slice(0, MAX_WAITS).map((wait) => wait.words)].map((text) => el("dd", {}, text)),
+    constraints.map((cost) => [el("dt", {}, cost.constraint), el("dd", {}, cost.words)]),
     Object.entries(recruited).map(([robot, text]) => [el("dt", {}, robot), el("dd", {}, text)]),
     actions.map((action) => [
       el("dt", {}, action.action),

@@ -3,22 +3,24 @@
 import { planStart, silences } from "../mission/timing.js";
 import { get, id } from "../page/api.js";
 import { badge, byId, el, replace, show } from "../page/dom.js";
-import { byNumber, fact, gap, instant, seconds, tone, words } from "../page/format.js";
+import { byNumber, gap, instant, seconds, tone, words } from "../page/format.js";
 import { part, whenOpened } from "../page/part.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { problemBox } from "../page/problem.js";
 import { NO_CHANGES, createPicture } from "./picture.js";
 
 /** @typedef {{viewPlan: (planId: string) => void, refresh: () => void}} Actions */
-/** What some plans need in addition. @typedef {{decision?: typeof import("./decision.js"), chance?: typeof import("./chance.js"), comparison?: typeof import("./comparison.js"), repair?: typeof import("./repair.js")}} Extras */
+/** What some plans need in addition. @typedef {{decision?: typeof import("./decision.js"), chance?: typeof import("./chance.js"), comparison?: typeof import("./comparison.js"), repair?: typeof import("./repair.js"), shortfalls?: typeof import("./shortfalls.js")}} Extras */
 
 const fetchAction = part(() => import("./action_detail.js"));
 const fetchDetails = part(() => import("./details.js"));
+const fetchEdit = part(() => import("./edit.js"));
 const fetchExtra = {
   decision: part(() => import("./decision.js")),
   chance: part(() => import("./chance.js")),
   comparison: part(() => import("./comparison.js"), "comparison"),
   repair: part(() => import("./repair.js")),
+  shortfalls: part(() => import("./shortfalls.js")),
 };
 const HINT = "Point at an action, or go there with the arrow keys, to see what it needs and why it is there.";
 
@@ -109,12 +111,12 @@ export function mountPlan(store, actions) {
 /** @param {State} state @returns {(keyof Extras)[]} */
 function extrasOf({ plan, alternatives }) {
   const isProposed = plan?.state === "proposed";
-  const needs = { decision: isProposed, chance: typeof plan?.forecast?.on_time === "number", comparison: isProposed && alternatives.length > 1, repair: Boolean(plan?.repairs) };
+  const needs = { decision: isProposed, chance: typeof plan?.forecast?.on_time === "number", comparison: isProposed && alternatives.length > 1, repair: Boolean(plan?.repairs), shortfalls: Boolean(plan?.late?.length || plan?.left_out?.length || plan?.preferences?.outcomes.length) };
   return /** @type {(keyof Extras)[]} */ (Object.keys(needs)).filter((name) => needs[name]);
 }
 
 /** @param {Plan} plan @param {State} state @param {HTMLElement} chance @param {Record<string, HTMLElement>} views @param {Actions} actions @param {Extras} extras */
-function card(plan, state, chance, views, { viewPlan, refresh }, { decision, comparison, repair }) {
+function card(plan, state, chance, views, { viewPlan, refresh }, { decision, comparison, repair, shortfalls }) {
   return el(
     "article",
     { class: "card", "data-testid": "plan" },
@@ -127,11 +129,11 @@ function card(plan, state, chance, views, { viewPlan, refresh }, { decision, com
     el("p", { class: "quiet small" }, provenance(plan)),
     figures(plan),
     chance,
-    lateGoals(plan),
-    leftOut(plan),
+    shortfalls?.shortfalls(plan),
     repair?.repairNote(plan, state.previousPlan),
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
     plan.state === "proposed" ? decision?.decision(plan, state, refresh, state.alternatives.length > 1 && comparison?.comparison(plan, state.alternatives, viewPlan)) : decisionTaken(plan),
+    plan.state === "proposed" ? whenOpened(el("details", { "data-testid": "edit" }, el("summary", {}, "Change this plan")), async () => (await fetchEdit()).editForm(plan, state, refresh)) : null,
     viewChoice(views),
     legend(plan),
     later("why", "Why this plan", async ({ reasons }) => reasons(await get(`/v1/plans/${id(plan.id)}/explanation`))),
@@ -193,18 +195,6 @@ function figures(plan) {
     plan.clearances ? `${plan.clearances} ${plan.clearances === 1 ? "wait" : "waits"} to be cleared` : "",
   ].filter(Boolean);
   return texts.length ? el("p", { class: "small", "data-testid": "figures" }, texts.join(" · ")) : null;
-}
-
-/** @param {Plan} plan */
-function lateGoals({ late }) {
-  return late?.length ? el("ul", { class: "problem", "data-testid": "late" }, late.map(({ goal, late_s }) => el("li", {}, `${fact(goal)} comes ${seconds(late_s)} after its deadline`))) : null;
-}
-
-/** @param {Plan} plan */
-function leftOut({ left_out: goals, value, value_bound: bound }) {
-  if (!goals?.length) return null;
-  const doubt = (bound ?? 0) > (value ?? 0) ? ` (at most ${bound} with more time)` : "";
-  return el("div", { class: "note", "data-testid": "left-out" }, `Optional goals worth ${value}${doubt}; left out:`, el("ul", {}, goals.map((one) => el("li", {}, `${fact(one.goal)}, worth ${one.value}: ${one.reason}`))));
 }
 
 /** Who decided what, when and why; for a plan that can no longer be decided on, the reason. @param {Plan} plan */

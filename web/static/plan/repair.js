@@ -13,7 +13,7 @@ export function repairNote(plan, previous) {
   return el(
     "details",
     { class: "note", "data-testid": "repairs", open: plan.state === "proposed" },
-    el("summary", {}, `Repaired (${words(plan.repairs.course)}): ${summary ?? "nothing is different"}`),
+    el("summary", {}, `${plan.repairs.course === "edited" ? "Edited" : `Repaired (${words(plan.repairs.course)})`}: ${summary ?? "nothing is different"}`),
     previous?.reason ? el("p", { class: "small" }, `The plan before was overtaken: ${previous.reason}`) : null,
     details.length ? el("ul", { class: "links" }, details.map((line) => el("li", {}, line))) : null,
   );

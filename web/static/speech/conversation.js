@@ -47,12 +47,12 @@ export function createConversation() {
     const talks = new Map(all.map((one) => /** @type {const} */ ([one.conversation, `${one.protocol || "no protocol"}, ${one.from} and ${one.to}, ${one.said_s.toFixed(1)} s`])).reverse());
     offer(talk, "all conversations", [...talks].reverse());
     const found = all.filter((one) => (!who.value || one.from === who.value || one.to === who.value) && (!talk.value || one.conversation === talk.value));
+    const held = body.contains(document.activeElement) ? shown[Number(document.activeElement?.closest("[data-saying]")?.getAttribute("data-saying") ?? -1)] : undefined;
     shown = found.slice(-MAX_SHOWN);
     if (chosen !== null && !shown.includes(chosen)) chosen = null;
     show(count, found.length > shown.length ? `the newest ${shown.length} of ${found.length} messages` : `${found.length} messages`);
     buttons.forEach((button, index) => button.setAttribute("aria-pressed", String(views[index] === view)));
     const follows = body.scrollHeight - body.scrollTop - body.clientHeight < KEEP_BELOW_PX;
-    const focused = document.activeElement?.closest("[data-saying]") !== null && body.contains(document.activeElement);
     if (!shown.length) show(body, el("p", { class: "quiet" }, "Nothing was said."));
     else if (view === "table") show(body, asTable());
     else {
@@ -60,7 +60,7 @@ export function createConversation() {
       show(body, drawDiagram(shown, speakers(shown, robots), { width: body.clientWidth || 600, robots, conversation: chosen?.conversation ?? null, chosen: index }));
     }
     if (follows) body.scrollTop = body.scrollHeight;
-    if (focused) rows().find((one) => one.tabIndex === 0)?.focus({ preventScroll: true });
+    if (held) rows()[shown.findIndex((one) => spoken(one) === spoken(held))]?.focus({ preventScroll: true });
     show(words, chosen === null ? "" : [el("b", {}, `${chosen.performative} `), el("code", {}, chosen.content), ` ${chosen.from} to ${chosen.to}, said at ${chosen.said_s.toFixed(1)} s`, chosen.heard_s === null ? "" : `, heard at ${chosen.heard_s.toFixed(1)} s`, chosen.protocol && `, ${chosen.protocol}`, fate(chosen) && `; ${fate(chosen)}`]);
     words.hidden = chosen === null;
   }

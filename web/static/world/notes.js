@@ -1,4 +1,4 @@
-// Below the robots: what is not known of the world, and the places that are kept empty for some time.
+// Below the robots: what is not known of the world, and what is kept as it is for some time.
 
 import { id } from "../page/api.js";
 import { byId, el, show } from "../page/dom.js";
@@ -20,12 +20,18 @@ export function mountNotes(store, refresh) {
 
 /** @param {Hold[]} holds @param {Element} problem @param {() => void} refresh */
 function holdList(holds, problem, refresh) {
-  const lines = holds.map(({ id: hold, world, places, ends, text }) => {
+  const lines = holds.map(({ id: hold, world, words, lost, ends, text }) => {
     const path = `/v1/worlds/${id(world)}/holds/${id(hold)}:end`;
-    const end = commandButton("End", path, problem, refresh, { "data-testid": "hold-end", "aria-label": `End keeping ${places.join(", ")} empty` });
-    return el("li", { class: "row" }, el("span", { class: "grow", title: text }, el("b", {}, places.join(", ")), ` ${ends}`), end);
+    const end = commandButton("End", path, problem, refresh, { "data-testid": "hold-end", "aria-label": `End keeping ${words}` });
+    return el("li", { class: "row" }, el("span", { class: "grow", title: text }, el("b", {}, words), ` ${ends}`, lost.map(lostNote)), end);
   });
-  return el("details", { open: true, "data-testid": "holds" }, el("summary", {}, `Kept empty (${holds.length})`), el("ul", {}, lines), problem);
+  return el("details", { open: true, "data-testid": "holds" }, el("summary", {}, `Kept (${holds.length})`), el("ul", {}, lines), problem);
+}
+
+/** What has ceased to be true though it is kept, and what is done about it. @param {Hold["lost"][number]} lost */
+function lostNote({ now, goal, reason }) {
+  const then = goal ? `; ${goal} is to bring it about again` : reason && `; no goal brings it about again: ${reason}`;
+  return el("div", { class: "problem", "data-testid": "hold-lost" }, `No longer true: ${now}${then}`);
 }
 
 /** Samples without a known place, robots that are lost or do not answer. @param {UnknownThing[]} things */

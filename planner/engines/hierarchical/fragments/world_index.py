@@ -8,14 +8,12 @@ from planner.fact import Fact
 from planner.knowledge import KnowledgeBase, Operator
 from planner.problem.duration_table import duration_parameters
 from planner.problem.interface import PlanningProblem
-from planner.problem.robot_classes import ANYONE, AgentClasses
+from planner.problem.robot_classes import ANYONE, OWN, AgentClasses
 from planner.problem.zones import ground
 
 Node = str | int
 """A node of the static graph: an object, or the number of a kind of agents."""
 Shape = frozenset[tuple[str, ...]]
-OWN = "own"
-"""Stands for a place that static facts give to one agent alone, its home for instance."""
 FEW = 2
 """A relation to at most this many objects includes them (a sample's place, an agent's area, its camera)."""
 

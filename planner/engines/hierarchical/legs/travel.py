@@ -1,10 +1,11 @@
 """Numbers the configurations that agents can reach in any schedule, and the ways between them."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem, Configuration
 from planner.engines.hierarchical.legs.setups import AllSetups, Way
+from planner.errors import OutOfTime
 from planner.fact import Fact
 from planner.knowledge import GroundAction
 
@@ -65,8 +66,11 @@ class Travel:
         self._effects_after[need].add(effect)
         return effect
 
-    def close(self) -> None:
-        """Follow every way and effect until no new configuration comes up."""
+    def close(self, is_over: Callable[[], bool] = lambda: False) -> None:
+        """Follow every way and effect until no new configuration comes up.
+
+        :raises OutOfTime: once `is_over()`; where places are far more than agents' needs there are too many ways.
+        """
         needs = list(self.needs)
         effects = list(self.effects)
         waiting = {*self.starts.values(), *self.after.values(), *self._stops}
@@ -76,6 +80,8 @@ class Travel:
             kind, facts = self._class_facts[here]
             for need in self._needs_of[kind]:
                 if (here, need) not in self.way:
+                    if is_over():
+                        raise OutOfTime("the ways between tasks are too many")
                     way = self._setups.of_class(kind).way(facts, needs[need][1])
                     if way is None:
                         continue

@@ -90,11 +90,10 @@ def driven(count: int, rule: ZoneRule, seed: int) -> tuple[Watch, Iterator[Scrip
         return watch, (report.state for report in runner.ended.values())
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_robots_pass_one_at_a_time_and_all_arrive(seed: int) -> None:
-    count = 2 + seed % 3
-    watch, states = driven(count, ZoneRule.ONE_ROBOT, seed)
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_robots_pass_one_at_a_time_and_all_arrive(count: int) -> None:
+    watch, states = driven(count, ZoneRule.ONE_ROBOT, seed=count)
     assert set(states) == {ScriptState.FINISHED}
     assert max(watch.counts) == 1
-    free, _ = driven(count, ZoneRule.NAMED, seed)
+    free, _ = driven(count, ZoneRule.NAMED, seed=count)
     assert max(free.counts) > 1

@@ -40,7 +40,8 @@ def test_sentences_are_of_every_verb_that_is_about_what_the_world_has() -> None:
     drawn = [drawn_sentence(STORE.world, verbs, chance) for _ in range(200)]
     assert {text.split()[0] for text in drawn} == set(verbs.words)
     bare = STORE.world.model_copy(update={"samples": ()})
-    assert {drawn_sentence(bare, verbs, chance).split()[0] for _ in range(50)} == {"send", "drive", "park"}
+    of_robots = {"send", "drive", "park", "charge", "recharge"}
+    assert {drawn_sentence(bare, verbs, chance).split()[0] for _ in range(50)} == of_robots
     understood = [understand(text, STORE.world, STORE.facts, verbs=verbs, now=NOW) for text in drawn]
     assert sum(isinstance(one, Understood) for one in understood) > 150
 

@@ -39,7 +39,7 @@ def test_a_documented_sentence_means_what_the_page_says(sentence: str, goals: st
     understood = understand(sentence.strip("`"), STORE.world, STORE.facts, now=NOW)
     assert isinstance(understood, Understood), understood
     assert [str(goal) for goal in understood.goals] == re.findall(r"`([^`]+)`", goals)
-    told = list(understood.constraints.words)
+    told = [*understood.constraints.words, *understood.constraints.preference_words]
     told.extend(f"holds {hold.words}" for hold in understood.holds)
     if understood.due is not None:
         told.append(f"due in {understood.due.in_s:.0f} s")

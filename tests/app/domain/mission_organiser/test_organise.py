@@ -285,3 +285,22 @@ def test_two_yard_robots_at_one_interchange_are_kept_in_order_by_clearance() -> 
     arrive = next(a.id for a in net.actions if a.tag == "TRANSPORT" and a.agents == ("yard_2",))
     told = {key: before for key, before in after(net).items() if before}
     assert told == {("yard_2", arrive): (leave,)}
+
+
+def test_a_packet_is_told_what_its_number_is_to_be_at_its_end_if_it_can() -> None:
+    near_home = Fact("robot_position", ("yard_1", "near", "home_yard_1"))
+    charge = action(
+        "a1",
+        ("yard_1",),
+        tag="CHARGE",
+        arguments={"robot": "yard_1", "rel": "near", "ref": "home_yard_1"},
+        preconditions=(near_home,),
+        intended_effects=(Fact("charged", ("yard_1", "home_yard_1")),),
+        level=0.6214,
+    )
+    (script,) = organised(net_of(charge)).scripts
+    (packet,) = script.packets
+    assert packet.tag == "RECHARGE", "every robot has it"
+    assert packet.arguments == {**charge.arguments, "to": "0.621"}
+    (script,) = organised(net_of(replace(charge, level=None))).scripts
+    assert "to" not in script.packets[0].arguments

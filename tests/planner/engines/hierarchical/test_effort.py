@@ -45,7 +45,7 @@ def planned(problem: PlanningProblem, *, observer: Observer | None = None, **wis
     return plan_net
 
 
-@settings(max_examples=15, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(max_examples=6, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(
     case=st.sampled_from(
         [

@@ -39,7 +39,7 @@ def instance(family: str, samples: int, seed: int) -> PlanningProblem:
     return FAMILIES[family](samples, seed).problem(BASE)
 
 
-@settings(max_examples=8, deadline=None, derandomize=True)
+@settings(max_examples=5, deadline=None, derandomize=True)
 @given(
     aisles=st.integers(1, 3),
     yard_robots=st.integers(1, 3),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from planner import Fact, KnowledgeBase, PlanningProblem, load_knowledge_base
 from planner.engines.hierarchical.legs.travel import NEAREST, Travel
+from planner.errors import OutOfTime
 from tests.planner.engines.hierarchical.composing import ProblemSetup
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
@@ -49,6 +50,15 @@ def test_every_need_is_reached_from_every_start_of_the_class(travel: Travel) -> 
         way = travel.way[travel.starts[agent], need]
         assert [action.tag for action in travel.ways[way].actions] == ["NAVIGATE"]
     assert (travel.starts["store_0_0"], need) not in travel.way
+
+
+def test_ways_are_no_longer_looked_for_once_the_time_is_over(travel: Travel) -> None:
+    travel.need("yard_0", near("yard_0", "door_1"))
+    with pytest.raises(OutOfTime):
+        travel.close(lambda: True)
+    assert not travel.way
+    travel.close()
+    assert travel.way
 
 
 def test_the_nearest_steps_are_few_and_sorted(travel: Travel) -> None:

@@ -1,6 +1,7 @@
 """The check finds nothing wrong with a robot that keeps the contract, and the one rule that a robot breaks."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import pytest
 
@@ -64,6 +65,25 @@ def test_a_refusal_to_pause_a_script_under_way_breaks_the_rule() -> None:
     assert those(found, Verdict.BROKEN) == {Rule.PAUSES}
     assert "I never pause" in found[Rule.PAUSES].detail
     assert those(found, Verdict.UNTRIED) == {Rule.RESUMES, Rule.ORDER_NUMBERS}
+
+
+class Waiting(ModelRobot):
+    """No clearance makes it go on."""
+
+    def _obey(self, script: str, body: dict[str, Any]) -> str | None:
+        return None if body["kind"] == "clearance" else super()._obey(script, body)
+
+
+@pytest.mark.parametrize(
+    ("robot", "fault"),
+    [
+        (ModelRobot(breaks=Rule.CLEARANCE), "it began before the clearance"),
+        (Waiting(), "it did not go on after the clearance"),
+    ],
+)
+def test_it_is_said_how_a_robot_disregards_a_clearance(robot: ModelRobot, fault: str) -> None:
+    found = findings(robot)[Rule.CLEARANCE]
+    assert (found.verdict, found.detail) == (Verdict.BROKEN, fault)
 
 
 class Forgetful(ModelRobot):

@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from planner.knowledge import GroundAction
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 
 SHIFT_S = 1.0
@@ -81,7 +82,7 @@ def _activity(action: PlanNetAction) -> Activity:
     return action.tag, action.agents, tuple(sorted(action.arguments.items()))
 
 
-def _anyone(action: PlanNetAction) -> Activity:
+def by_anyone(action: GroundAction) -> Activity:
     """The activity, whoever does it."""
     place = {agent: f"agent {number}" for number, agent in enumerate(action.agents)}
     team = "+".join(action.agents)
@@ -128,10 +129,10 @@ def _reassigned(gone: Sequence[PlanNetAction], come: Sequence[PlanNetAction]) ->
     """The actions gone that other robots do now: old id → new id, in order."""
     open_: dict[Activity, list[PlanNetAction]] = defaultdict(list)
     for action in come:
-        open_[_anyone(action)].append(action)
+        open_[by_anyone(action)].append(action)
     pairs = {}
     for action in gone:
-        others = open_[_anyone(action)]
+        others = open_[by_anyone(action)]
         heir = next((other for other in others if other.agents != action.agents), None)
         if heir is not None:
             others.remove(heir)

@@ -1,0 +1,59 @@
+// A change to a proposed plan: what is to be otherwise about an action; the plan with it is planned beside the old one.
+
+import { id, post } from "../page/api.js";
+import { el, show } from "../page/dom.js";
+import { byNumber } from "../page/format.js";
+import { attempt } from "../page/problem.js";
+
+/** @type {Record<string, {text: string, label: string, names: "robots" | "places" | "actions" | null}>} */
+const CHANGES = {
+  robot: { text: "is done by", label: "Robot", names: "robots" },
+  without: { text: "is done without", label: "Robot", names: "robots" },
+  avoid: { text: "avoids", label: "Place", names: "places" },
+  after: { text: "comes after", label: "What another action is done for", names: "actions" },
+  not_before_s: { text: "comes true no earlier than", label: "Seconds from now", names: null },
+};
+
+/** @param {Plan} plan @param {State} state @param {() => void} refresh */
+export function editForm(plan, state, refresh) {
+  const robots = state.robots.filter((one) => one.world === state.goal?.world).map((one) => one.name);
+  const names = { robots, places: Object.keys(plan.objects ?? {}).filter((name) => !robots.includes(name)) };
+  const actions = [...plan.actions].sort((one, other) => byNumber(one.id, other.id));
+  const options = () => actions.map((one) => el("option", { value: one.id, selected: one.id === state.action }, `${one.id} ${one.tag}: ${one.description ?? one.agents.join(" and ")}`));
+  const action = el("select", { "aria-label": "Action", "data-testid": "edit-action", onchange: () => CHANGES[change.value].names === "actions" && draw() }, options());
+  const change = el("select", { "aria-label": "Change", "data-testid": "edit-change", onchange: draw }, Object.entries(CHANGES).map(([value, { text }]) => el("option", { value }, text)));
+  const value = el("span");
+  const box = el("div", { role: "alert" });
+  const button = el("button", { type: "submit", "data-testid": "edit-plan" }, "Plan with this change");
+  const form = el(
+    "form",
+    { class: "edit", onsubmit: send },
+    el("p", { class: "quiet small" }, "The plan is made once more with as few changes as pays. It can be approved instead of this one, which stays."),
+    action,
+    el("div", { class: "row" }, el("label", { class: "small" }, "what it is done for "), change, value, button),
+    box,
+  );
+
+  function draw() {
+    const { label, names: kind } = CHANGES[change.value];
+    const shared = { "aria-label": label, name: "value", "data-testid": "edit-value", required: true };
+    if (!kind) show(value, el("input", { ...shared, type: "number", min: 0, max: 1e7, value: 60 }));
+    else if (kind === "actions") show(value, el("select", shared, options().filter((one) => one.value !== action.value)));
+    else show(value, el("select", shared, names[kind].sort(byNumber).map((name) => el("option", {}, name))));
+  }
+
+  /** @param {Event} event */
+  async function send(event) {
+    event.preventDefault();
+    const given = String(new FormData(form).get("value") ?? "");
+    const edit = { action: action.value, [change.value]: CHANGES[change.value].names ? given : Number(given) };
+    await attempt([button], box, async () => {
+      await post(`/v1/plans/${id(plan.id)}:edit`, { edits: [edit] });
+      button.disabled = false;
+    });
+    refresh();
+  }
+
+  draw();
+  return form;
+}
