@@ -17,7 +17,7 @@ from datetime import UTC, datetime
 from app.domain.goal_language.check import check_request
 from app.domain.goal_language.completion import completions
 from app.domain.goal_language.grammar import Clarification, Understood, understand
-from app.domain.goal_language.hold_checks import check_holds, emptying_goals
+from app.domain.goal_language.hold_checks import check_holds, goals_of_holds
 from app.domain.goal_language.stated_holds import kept_by
 from app.domain.goal_language.syntax import END, grammar
 from app.domain.goal_language.verbs import Kind, Verb, Verbs, shipped_verbs
@@ -104,7 +104,9 @@ def _fitting(kind: str, verb: Verb | None, world: WorldFile) -> Sequence[str]:
     if kind in ("FROM", "OF"):
         areas = [area.name for one in world.compartments for area in (one, *one.aisles)]
         return (*things[Kind.PLACE], *areas)
-    return things[Kind.PLACE] if kind in ("TO", "IN", "AVOIDING", "THROUGH", "KEEP") else ()
+    if kind == "KEEP":
+        return (*things[Kind.PLACE], *things[Kind.SAMPLE], *things[Kind.ROBOT])
+    return things[Kind.PLACE] if kind in ("TO", "IN", "AVOIDING", "THROUGH") else ()
 
 
 def damaged(chance: random.Random, text: str) -> str:
@@ -141,7 +143,7 @@ def outcome(
     else:
         assert understood.goals or understood.holds
         constraints = understood.constraints.and_also(kept_by(understood.holds))
-        emptying = emptying_goals(understood.holds, understood.goals, world, facts, within=constraints)
+        emptying = goals_of_holds(understood.holds, understood.goals, world, facts, within=constraints)
         more = () if isinstance(emptying, Clarification) else emptying[0]
         check_holds(understood.holds, world, facts, knowledge_base, NOW)
         check_request((*understood.goals, *more), constraints, world, facts, knowledge_base)

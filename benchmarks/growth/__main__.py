@@ -22,6 +22,7 @@ from benchmarks.growth.requests import Record, Request, approve, reads, submit, 
 from benchmarks.processes import cpu_s
 from tests.scenarios.serving import Served, macta_serve
 
+DATABASES = ("sqlite", "postgresql")
 SPEED = 5
 REPEATS = 5
 """Requests in a row, whose CPU time is measured together."""
@@ -151,9 +152,7 @@ def main() -> None:
     options = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    options.add_argument(
-        "databases", nargs="*", choices=["sqlite", "postgresql"], default=["sqlite", "postgresql"]
-    )
+    options.add_argument("--database", choices=DATABASES, action="append", help="default: both")
     options.add_argument("--rounds", type=int, default=5)
     options.add_argument("--server", default=SERVER)
     options.add_argument("--events", type=int, default=LARGE.events)
@@ -162,7 +161,7 @@ def main() -> None:
     options.add_argument("--only", default="", help="requests whose name contains this")
     given = options.parse_args()
     large = Size(events=given.events, goals=given.goals, missions=given.missions)
-    for database in given.databases:
+    for database in given.database or DATABASES:
         server = given.server if database == "postgresql" else None
         with side(server, SMALL) as one, side(server, large) as other:
             sides = (one, other)

@@ -1,0 +1,1 @@
+"""Our planner beside Fast Downward, LPG and Aries on eight planning domains that are not about robots' packets."""
