@@ -8,6 +8,7 @@ import { commandButton, problemBox } from "../page/problem.js";
 import { termItems } from "./terms.js";
 
 const OPEN = ["submitted", "waiting", "planning", "planned"];
+const fetchConflict = part(() => import("./conflict.js"));
 const fetchProgress = part(() => import("./planning_progress.js"));
 
 /** @param {Store} store @param {() => void} refresh */
@@ -54,7 +55,7 @@ function head(goal, due, planning, refresh) {
     terms.length ? el("ul", { class: "terms", "data-testid": "goal-terms-kept" }, terms) : null,
     due,
     goal.reason ? el("p", { class: "note", "data-testid": "goal-reason" }, goal.reason) : null,
-    goal.conflict ? conflictNote(goal.conflict) : null,
+    goal.conflict ? conflict(goal.conflict) : null,
     hasOutcome ? el("p", { class: "note", "data-testid": "goal-outcome" }, `Outcome: ${words(goal.outcome)}`) : null,
     planning,
     OPEN.includes(goal.state) ? el("div", { class: "row controls" }, controls(goal, problem, refresh)) : null,
@@ -62,12 +63,11 @@ function head(goal, due, planning, refresh) {
   ];
 }
 
-/** Which constraints stand in the way of a plan together. @param {Conflict} conflict */
-function conflictNote({ constraints, proven, complete }) {
-  const those = constraints.length === 1 ? "this constraint" : "these constraints together";
-  const said = proven ? `No plan keeps ${those}` : `No plan that keeps ${those} was found in time`;
-  const hint = complete ? (constraints.length === 1 ? ", without it there is one" : ", without any one of them there is one") : "; there was no time to look for fewer";
-  return el("div", { class: "note", "data-testid": "goal-conflict" }, `${said}${hint}:`, el("ul", {}, constraints.map((one) => el("li", {}, one))));
+/** Which constraints cannot be kept together, once the part that says so is there. @param {Conflict} found */
+function conflict(found) {
+  const box = el("div");
+  fetchConflict().then(({ conflictNote }) => show(box, conflictNote(found)), (error) => show(box, problemBox(error)));
+  return box;
 }
 
 /** @param {Goal} goal @param {Element} problem @param {() => void} refresh */

@@ -14,7 +14,7 @@ import { NO_CHANGES, createPicture } from "./picture.js";
 
 const fetchAction = part(() => import("./action_detail.js"));
 const fetchDetails = part(() => import("./details.js"));
-const fetchEdit = part(() => import("./edit.js"));
+const fetchEdit = part(() => import("./edit.js"), "edit");
 const fetchExtra = {
   decision: part(() => import("./decision.js")),
   chance: part(() => import("./chance.js")),
