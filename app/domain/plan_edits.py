@@ -1,13 +1,13 @@
 """Edits of a plan: what an operator pins of it, by action, and what that means for the goals that the actions serve."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from app.domain.errors import Invalid
 from app.domain.goal_language.words import joined
-from app.domain.world_model.berths import berths_of
+from app.domain.world_model.berths import berths_of, interchanges
 from app.domain.world_model.vocabulary import planner_fact, symbolic
 from planner import KnowledgeBase, PlanNet, PlanningProblem
 from planner.repair import CannotPin, Pin, PlanHandles, pinned
@@ -30,6 +30,7 @@ class PlanEdit(BaseModel):
     )
     without: Name | None = Field(default=None, description="this robot does nothing for the goal")
     avoid: Name | None = Field(default=None, description="nothing for the goal is done at this place")
+    via: Name | None = Field(default=None, description="samples go through this interchange on their way")
     not_before_s: float | None = Field(
         default=None, ge=0, le=1e7, description="the goal is not achieved earlier, seconds from now"
     )
@@ -40,10 +41,10 @@ class PlanEdit(BaseModel):
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
-        changes = (self.robot, self.without, self.avoid, self.not_before_s, self.after)
+        changes = (self.robot, self.without, self.avoid, self.via, self.not_before_s, self.after)
         if all(one is None for one in changes):
             raise ValueError(
-                'say what is to be otherwise: "robot", "without", "avoid", "not_before_s" or "after"'
+                'say what is to be otherwise: "robot", "without", "avoid", "via", "not_before_s" or "after"'
             )
         return self
 
@@ -144,10 +145,13 @@ def _pin(
             words.append(f"{goal} after {after[0]}")
     except CannotPin as error:
         raise Invalid(str(error), code="cannot-edit", thing=edit.action) from error
-    avoided: tuple[str, ...] = ()
+    avoided: set[str] = set()
     if edit.avoid is not None:
-        avoided = _places(edit.avoid, goal, world)
+        avoided.update(_places(edit.avoid, goal, world))
         words.append(f"avoiding {edit.avoid} for {goal}")
+    if edit.via is not None:
+        avoided.update(_other_ways(edit.via, goal, world))
+        words.append(f"via {edit.via} for {goal}")
     not_before_at_s = None
     if edit.not_before_s is not None:
         not_before_at_s = round(now_s + edit.not_before_s, 3)
@@ -155,7 +159,7 @@ def _pin(
     return GoalPin(
         goal=goal,
         barred=tuple(sorted(barred)),
-        avoided=avoided,
+        avoided=tuple(sorted(avoided)),
         not_before_at_s=not_before_at_s,
         after=after,
         words=tuple(words),
@@ -172,6 +176,19 @@ def _places(name: str, goal: SymbolicFact, world: WorldFile) -> tuple[str, ...]:
         detail = f"{goal} is about {joined(needed[:1])}, which it cannot avoid"
         raise Invalid(detail, code="cannot-edit", thing=name)
     return tuple(places)
+
+
+def _other_ways(name: str, goal: SymbolicFact, world: WorldFile) -> Iterator[str]:
+    """The places of the interchanges that samples avoid on their way through this one; not the goal's own."""
+    ways = interchanges(world)
+    if name not in ways:
+        passed = joined(ways, last="and") or "none here"
+        detail = f"{name} is no interchange of {world.name}; samples go through {passed}"
+        raise Invalid(detail, code="no-interchange", thing=name, choices=ways)
+    for way in ways:
+        places = berths_of(way, world) or (way,)
+        if way != name and not {way, *places}.intersection(goal.args):
+            yield from places
 
 
 def applied(

@@ -212,6 +212,18 @@ def test_what_comes_after_is_chosen_among_the_other_actions(plan: Page, service:
     assert service.asked == [{"action": "a1", "after": "a3"}]
 
 
+def test_what_samples_go_through_is_chosen_among_the_interchanges(plan: Page, service: FakeService) -> None:
+    plan.get_by_test_id("edit").locator("summary").click()
+    plan.get_by_test_id("edit-change").select_option(label="goes through")
+    expect(plan.get_by_test_id("edit-value").locator("option")).to_have_text(
+        ["interchange_1", "interchange_2"]
+    )
+    plan.get_by_test_id("edit-value").select_option("interchange_2")
+    plan.get_by_test_id("edit-plan").click()
+    expect(plan.get_by_test_id("seek-alternatives")).to_have_text("Planning the change …")
+    assert service.asked == [{"action": "a1", "via": "interchange_2"}]
+
+
 def test_a_change_without_a_plan_says_why(plan: Page, service: FakeService) -> None:
     plan.get_by_test_id("edit").locator("summary").click()
     plan.get_by_test_id("edit-change").select_option("not_before_s")

@@ -31,13 +31,12 @@ from app.domain.goal_language.times import Due, Goals, Missions, Times, no_goals
 from app.domain.goal_language.verbs import Call, Function, Kind, Role, Slot, Verb, Verbs, shipped_verbs
 from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import IN, NEAR, Facts
-from app.domain.world_model.berths import berths_of
+from app.domain.world_model.berths import berths_of, interchanges
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
 __all__ = ["Clarification", "Parsed", "Understood", "parse_goal", "understand"]
 
-INTERCHANGE = "interchange"
 MAX_GOALS = 100
 """The most goals of one sentence."""
 
@@ -652,7 +651,7 @@ class _Reader:
         """The interchanges to avoid so that samples go through these."""
         if not through:
             return ()
-        ways = [name for name in self.names.locations if self.names.world.location(name).kind == INTERCHANGE]
+        ways = interchanges(self.names.world)
         wrong = next((name for name in through if name not in ways), None)
         phrase = next(tail.phrase for tail in tails if tail.part is Part.THROUGH)
         if wrong is not None:
@@ -660,7 +659,7 @@ class _Reader:
                 code="no-interchange",
                 detail=f"{wrong} is no interchange; samples go through {joined(ways, last='and') or 'none here'}",
                 thing=wrong,
-                choices=tuple(ways),
+                choices=ways,
                 span=phrase.span,
             )
         others = [name for name in ways if name not in through]

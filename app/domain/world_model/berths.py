@@ -18,6 +18,11 @@ def berths_of(name: str, world: WorldFile) -> tuple[str, ...]:
     return tuple(place.name for place in row) if len(row) > 1 else ()
 
 
+def interchanges(world: WorldFile) -> tuple[str, ...]:
+    """The names of the locations at which samples pass from one area to another."""
+    return tuple(name for name in world.places_by_location if world.location(name).kind == "interchange")
+
+
 def resolve_statements(statements: Iterable[Statement], world: WorldFile, facts: Facts) -> list[Statement]:
     """The statements with berths instead of locations that have several.
 

@@ -3,9 +3,15 @@
 import pytest
 from pydantic import ValidationError
 
-from app.domain.plan_edits import GoalPin, PlanEdit, applied, together, words_of
-from planner import Fact, load_knowledge_base
+from app.domain.errors import Invalid
+from app.domain.plan_edits import GoalPin, PlanEdit, applied, pins_of, together, words_of
+from app.domain.world_model import initial_facts, planning_problem
+from planner import Fact, PlanNet, PlanningRequest, load_knowledge_base
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
+from planner.repair import edit
 from robots.wire import SymbolicFact
+from robots.world import WorldFile
+from robots.world.generate import generate_world, store_shape
 from tests.planner.store import inside, store_problem
 
 BASE = load_knowledge_base()
@@ -51,3 +57,48 @@ def test_a_time_that_is_over_and_what_the_world_no_longer_has_pin_nothing() -> N
 def test_an_edit_that_says_nothing_is_refused() -> None:
     with pytest.raises(ValidationError, match="say what is to be otherwise"):
         PlanEdit(action="a1")
+
+
+def one_aisle_with_two_interchanges() -> WorldFile:
+    world = generate_world(store_shape(samples=1, aisles=1, interchanges=2, bays=4)).model_dump()
+    (sample,) = world["samples"]
+    return WorldFile.model_validate(world | {"samples": [sample | {"at": "door_1"}]})
+
+
+def ways(plan_net: PlanNet | None) -> set[str]:
+    assert plan_net is not None
+    used = {name for action in plan_net.actions for name in action.arguments.values()}
+    return {name for name in used if name.startswith("interchange")}
+
+
+@pytest.mark.parametrize("index", [0, 4, -1])
+def test_samples_go_by_the_interchange_that_is_pinned_to_any_action(index: int) -> None:
+    world, engine = one_aisle_with_two_interchanges(), HierarchicalEngine(BASE)
+    problem = planning_problem(world, initial_facts(world, BASE), [inside("sample_1", "bay_3")])
+    plan = engine.plan(problem, PlanningRequest()).plan_net
+    assert plan is not None
+    (way,) = ways(plan)
+    (other,) = {"interchange_1", "interchange_2"} - {way}
+    asked = PlanEdit(action=plan.actions[index].id, via=other)
+    pins = pins_of([asked], plan, problem, BASE, world=world, now_s=0.0)
+    assert pins == (
+        GoalPin(
+            goal=SymbolicFact(predicate="in", args=("sample_1", "bay_3")),
+            avoided=(way,),
+            words=(f"via {other} for in(sample_1, bay_3)",),
+        ),
+    )
+    edited = edit(engine, BASE, plan, applied(pins, problem, BASE, now_s=0.0), PlanningRequest())
+    assert ways(edited.plan_net) == {other}
+
+
+def test_what_the_goal_is_about_is_no_way_that_is_avoided() -> None:
+    world, engine = one_aisle_with_two_interchanges(), HierarchicalEngine(BASE)
+    problem = planning_problem(world, initial_facts(world, BASE), [inside("sample_1", "interchange_1")])
+    plan = engine.plan(problem, PlanningRequest()).plan_net
+    assert plan is not None
+    via = PlanEdit(action=plan.actions[-1].id, via="interchange_2")
+    assert pins_of([via], plan, problem, BASE, world=world, now_s=0.0)[0].avoided == ()
+    wrong = PlanEdit(action=plan.actions[-1].id, via="bay_1")
+    with pytest.raises(Invalid, match="samples go through interchange_1 and interchange_2"):
+        pins_of([wrong], plan, problem, BASE, world=world, now_s=0.0)

@@ -218,6 +218,11 @@ def test_an_edit_without_a_plan_leaves_all_as_it_is_and_says_why(api: TestClient
     assert len(api.get(f"/v1/goals/{plan['goal_id']}/plans").json()["items"]) == 1
 
 
+def test_an_interchange_that_leads_elsewhere_is_said_to(api: TestClient, plan: Plan) -> None:
+    goal = edited(api, plan, {"action": handling(plan, "sample_1")["id"], "via": "interchange_1"})
+    assert goal["alternatives"]["reason"].startswith("via interchange_1 for in(sample_1, bay_7): ")
+
+
 @pytest.mark.parametrize(
     ("edit", "code", "detail"),
     [
@@ -228,6 +233,7 @@ def test_an_edit_without_a_plan_leaves_all_as_it_is_and_says_why(api: TestClient
         ({"after": "a1", "action": "a1"}, "cannot-edit", "a1 is done for in(sample_"),
         ({"avoid": "nowhere"}, "unknown-place", "there is no place 'nowhere'"),
         ({"avoid": "bay_7"}, "cannot-edit", "is about bay_7, which it cannot avoid"),
+        ({"via": "door_1"}, "no-interchange", "samples go through interchange_1 and interchange_2"),
     ],
 )
 def test_an_edit_that_cannot_be_meant_is_refused_with_what_can(

@@ -1,23 +1,27 @@
 // A change to a proposed plan: what is to be otherwise about an action; the plan with it is planned beside the old one.
 
-import { id, post } from "../page/api.js";
+import { get, id, post } from "../page/api.js";
 import { el, show } from "../page/dom.js";
 import { byNumber } from "../page/format.js";
 import { attempt } from "../page/problem.js";
 
-/** @type {Record<string, {text: string, label: string, names: "robots" | "places" | "actions" | null}>} */
+/** @type {Record<string, {text: string, label: string, names: "robots" | "places" | "interchanges" | "actions" | null}>} */
 const CHANGES = {
   robot: { text: "is done by", label: "Robot", names: "robots" },
   without: { text: "is done without", label: "Robot", names: "robots" },
   avoid: { text: "avoids", label: "Place", names: "places" },
+  via: { text: "goes through", label: "Interchange", names: "interchanges" },
   after: { text: "comes after", label: "What another action is done for", names: "actions" },
   not_before_s: { text: "comes true no earlier than", label: "Seconds from now", names: null },
 };
 
 /** @param {Plan} plan @param {State} state @param {() => void} refresh */
-export function editForm(plan, state, refresh) {
+export async function editForm(plan, state, refresh) {
   const robots = state.robots.filter((one) => one.world === state.goal?.world).map((one) => one.name);
-  const names = { robots, places: Object.keys(plan.objects ?? {}).filter((name) => !robots.includes(name)) };
+  /** @type {{ layout: WorldLayout }} */
+  const { layout } = await get(`/v1/worlds/${id(state.goal?.world ?? "")}`);
+  const interchanges = (layout.locations ?? []).filter((one) => one.kind === "interchange").map((one) => one.name);
+  const names = { robots, interchanges, places: Object.keys(plan.objects ?? {}).filter((name) => !robots.includes(name)) };
   const actions = [...plan.actions].sort((one, other) => byNumber(one.id, other.id));
   const options = () => actions.map((one) => el("option", { value: one.id, selected: one.id === state.action }, `${one.id} ${one.tag}: ${one.description ?? one.agents.join(" and ")}`));
   const action = el("select", { "aria-label": "Action", "data-testid": "edit-action", onchange: () => CHANGES[change.value].names === "actions" && draw() }, options());
