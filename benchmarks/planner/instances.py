@@ -1,7 +1,8 @@
 """Instances by family, size and seed: generated worlds, samples and goals drawn at random.
 
 store, retrieve, mixed: each sample between a door of its own and a bay; four robots for up to 16 samples, in
-proportion beyond, half in the yard and half in the store, one an aisle. paper: four robots, two doors at which all the
+proportion beyond, half in the yard and half in the store, one an aisle. two_ways: mixed, each aisle with two
+interchanges. paper: four robots, two doors at which all the
 samples lie (more at one door than a world file allows). blocked, swap, relocation: goals that interact, paper size.
 full: samples in all bays, none of which may stay; nearly_full: in all but one. random: a world of any shape, samples
 anywhere, goals for some of them, to places that may have to be cleared first. rearranged: half of the samples to other
@@ -56,11 +57,19 @@ def robots_for(samples: int) -> int:
     return max(4, samples // 4)
 
 
-def _world(samples: int, doors: int, robots: int, bays: int | None = None) -> WorldFile:
-    """A store with bays for all the samples, none of them in it yet."""
+def _world(samples: int, doors: int, robots: int, bays: int | None = None, ways: int = 1) -> WorldFile:
+    """A store with bays for all the samples, none of them in it yet. `ways`: interchanges of each aisle."""
     half = robots // 2
     bays = bays or max(6 * half, samples + samples // 2)
-    shape = store_shape(samples=0, aisles=half, store_robots=half, yard_robots=half, doors=doors, bays=bays)
+    shape = store_shape(
+        samples=0,
+        aisles=half,
+        store_robots=half,
+        yard_robots=half,
+        doors=doors,
+        bays=bays,
+        interchanges=ways * half,
+    )
     return generate_world(shape)
 
 
@@ -85,12 +94,14 @@ def _made(family: str, seed: int, world: WorldFile, ways: Sequence[tuple[str, st
     )
 
 
-def _carried(family: str, stored: Callable[[int], int]) -> Callable[[int, int], Instance]:
+def _carried(
+    family: str, stored: Callable[[int], int], interchanges: int = 1
+) -> Callable[[int, int], Instance]:
     """The family of which `stored(samples)` samples go from doors to bays and the others from bays to doors."""
 
     def make(samples: int, seed: int) -> Instance:
         chance = random.Random(f"{family}/{samples}/{seed}")
-        world = _world(samples, max(2, samples), robots_for(samples))
+        world = _world(samples, max(2, samples), robots_for(samples), ways=interchanges)
         doors = _places(world, "door", chance)
         bays = _places(world, "bay", chance)
         pairs = list(zip(doors, bays, strict=False))[:samples]
@@ -194,6 +205,7 @@ FAMILIES: Mapping[str, Callable[[int, int], Instance]] = {
     "store": _carried("store", lambda samples: samples),
     "mixed": _carried("mixed", lambda samples: (samples + 1) // 2),
     "retrieve": _carried("retrieve", lambda samples: 0),
+    "two_ways": _carried("two_ways", lambda samples: (samples + 1) // 2, interchanges=2),
     "paper": _paper,
     "blocked": _blocked,
     "swap": _swap,

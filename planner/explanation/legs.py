@@ -77,12 +77,23 @@ def barred_actions(
             continue
         allowed = problem.recruits.get(goal)
         others = () if allowed is None else set(action.agents) - allowed - statics.peripherals
-        places = problem.avoids.get(goal, frozenset()).intersection(action.arguments.values())
+        named = problem.avoids.get(goal, frozenset()).intersection(action.arguments.values())
+        places = {place for place in named if not _only_leaves(action, place, statics.things)}
         if others:
             found[action.id] = f"{enumeration(sorted(others))} may not be recruited for {goal}"
         elif places:
             found[action.id] = f"{enumeration(sorted(places))} is not to be used for {goal}"
     return found
+
+
+def _only_leaves(action: PlanNetAction, place: str, things: frozenset[str]) -> bool:
+    """True if robots are at the place before the action, as for another goal, and neither they nor a thing after it."""
+    movable = things.union(action.agents)
+
+    def is_there(fact: Fact) -> bool:
+        return place in fact.args and not movable.isdisjoint(fact.args)
+
+    return any(map(is_there, action.deletes)) and not any(map(is_there, action.effects))
 
 
 def goals_by_action(plan_net: PlanNet, things: frozenset[str]) -> Mapping[str, Fact]:

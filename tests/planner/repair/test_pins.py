@@ -126,15 +126,36 @@ def test_a_robot_can_be_kept_from_it(plan: PlanNet, problem: PlanningProblem) ->
     assert hauler(found.plan_net, "sample_1") != mine
 
 
-def test_another_way_can_be_asked_for() -> None:
+@pytest.mark.parametrize("sample", ["s0", "s1"])
+def test_another_way_can_be_asked_for(sample: str) -> None:
     goals = [inside("s0", "bay_0_0"), inside("s1", "bay_0_3")]
-    problem = Store(aisles=1, interchanges=2).problem(goals, {"s0": "door_0", "s1": "door_1"})
+    problem = Store(aisles=1, interchanges=2, yard_robots=1).problem(goals, {"s0": "door_0", "s1": "door_1"})
     plan = engine().plan(problem, PlanningRequest()).plan_net
     assert plan is not None
-    (way,) = ways(plan, "s0")
-    found = edited(plan, problem, Pin(goal=goals[0], avoided=frozenset({way})))
-    assert found.plan_net is not None
-    assert ways(found.plan_net, "s0") == {"interchange_0_0", "interchange_0_1"} - {way}
+    (way,) = ways(plan, sample)
+    (goal,) = (goal for goal in goals if sample in goal.args)
+    found = edited(plan, problem, Pin(goal=goal, avoided=frozenset({way})))
+    assert found.plan_net is not None, found.result.reason
+    assert ways(found.plan_net, sample) == {"interchange_0_0", "interchange_0_1"} - {way}
+
+
+def test_a_robot_may_come_from_where_it_was_for_another_goal() -> None:
+    goals = [inside("s0", "bay_0_0"), inside("s1", "bay_0_3")]
+    problem = Store(aisles=1, interchanges=2, yard_robots=1).problem(goals, {"s0": "door_0", "s1": "door_1"})
+    first, second = "interchange_0_0", "interchange_0_1"
+    pins = [Pin(goal=goals[0], avoided=frozenset({second})), Pin(goal=goals[1], avoided=frozenset({first}))]
+    problem = pinned(problem, pins, BASE)
+    plan = engine().plan(problem, PlanningRequest()).plan_net
+    assert plan is not None
+    assert (ways(plan, "s0"), ways(plan, "s1")) == ({first}, {second})
+    assert not barred_actions(plan, problem, BASE)
+    (leaving,) = {
+        action.arguments["ref1"]
+        for action in plan.actions
+        if action.tag == "NAVIGATE" and "yard_0" in action.agents
+    } & {first, second}
+    wrong = replace(problem, avoids={goal: frozenset({leaving}) for goal in goals})
+    assert barred_actions(plan, wrong, BASE), "it is used for a goal all the same"
 
 
 def ways(plan: PlanNet, sample: str) -> set[str]:
