@@ -8,12 +8,12 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.blockers import Blockers
-from app.domain.events import GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
+from app.domain.events import GoalFinished, GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import tender as tender_lifecycle
 from app.domain.lifecycles.goal import GoalState
-from app.domain.lifecycles.mission import OPEN
+from app.domain.lifecycles.mission import OPEN, MissionState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.tender import TenderState
 from app.domain.plan_document import PlanBody
@@ -33,6 +33,8 @@ from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, MissionRow, PlanRow
 from app.workflows import current_workflow
 from planner import KnowledgeBaseError, PlanningRequest, PlanningStatus
+
+TRUE_ALREADY = "nothing to carry out; it is true already"
 
 
 class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
@@ -180,10 +182,13 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
     ) -> None:
         goal = subject
         goal.planned_by = None
-        if self._goes_on(session, goal, task, result):
+        is_true = result.answer is not None and _is_true(result.answer[0])
+        if not is_true and self._goes_on(session, goal, task, result):
             return
         tender = tender_of(goal)
-        if result.answer is not None:
+        if is_true:
+            self._finish(session, goal)
+        elif result.answer is not None:
             self._propose(session, goal, task, result.answer[0])
         elif blockers := result.waits_for or self._declining(goal, tender, result.status):
             self._forget_tender(session, goal)
@@ -244,6 +249,12 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         goal_lifecycle.give_up(goal, outcome=status.value, reason=reason)
         self._events.append(session, GoalUnsolvable(subject=goal.id, reason=reason, status=status.value))
 
+    def _finish(self, session: Session, goal: GoalRow) -> None:
+        self._forget_tender(session, goal)
+        goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=TRUE_ALREADY)
+        finished = GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=TRUE_ALREADY)
+        self._events.append(session, finished)
+
     def _propose(self, session: Session, goal: GoalRow, task: PlanningTask, solution: Solution) -> None:
         repairs = task.replaces.repaired_by(solution) if task.replaces else None
         tender = tender_of(goal)
@@ -276,3 +287,9 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         except KnowledgeBaseError:
             return None
         return ReplacedPlan(plan_id=plan.id, plan_net=net, edits=body.edits)
+
+
+def _is_true(solution: Solution) -> bool:
+    """True if all goals are true before anything is done for them, so that there is nothing to approve."""
+    net = solution.result.plan_net
+    return net is not None and not (net.actions or net.late or solution.result.left_out)

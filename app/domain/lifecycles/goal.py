@@ -48,6 +48,7 @@ _TRANSITIONS: Mapping[GoalState, tuple[GoalState, ...]] = {
         GoalState.PLANNING,  # another process has taken its planning over, or robots have bid
         GoalState.WAITING,
         GoalState.PLANNED,
+        GoalState.FINISHED,  # all of it is true already
         GoalState.UNSOLVABLE,
         GoalState.WITHDRAWN,
     ),

@@ -130,6 +130,19 @@ def test_a_goal_with_auto_approve_needs_nobody(api: TestClient, follow: Follow) 
     assert (plan["state"], plan["decided_by"]) == ("approved", "auto_approve")
 
 
+def test_a_goal_that_is_true_already_ends_without_a_plan(
+    api: TestClient, follow: Follow, service: Service
+) -> None:
+    for allocation in ("central", "contract_net"):
+        answer = api.post("/v1/goals", json={"text": "move sample_1 to door_1", "allocation": allocation})
+        assert answer.status_code == 202, answer.text
+        goal = follow(f"/v1/goals/{answer.json()['id']}", "finished")
+        assert (goal["outcome"], goal["reason"]) == ("completed", "nothing to carry out; it is true already")
+        assert (goal["plan_id"], goal["mission_id"]) == (None, None)
+    told, recorded = told_and_recorded(service.database)
+    assert told == recorded
+
+
 def test_reports_that_arrive_twice_count_once(api: TestClient, follow: Follow, team: FakeTeam) -> None:
     team.faults.repeats = True
     mission = approved(api, follow)

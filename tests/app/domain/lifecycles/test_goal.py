@@ -85,6 +85,7 @@ class AnyOrderOfCommands(RuleBasedStateMachine):
             lambda goal: goal_lifecycle.finish(goal, outcome="completed", reason=""),
             GoalState.FINISHED,
             GoalState.SUBMITTED,  # there is nothing to do
+            GoalState.PLANNING,  # all of it is true already
             GoalState.COMMITTED,
         )
 
