@@ -16,14 +16,14 @@ from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import ForecastBody, PlanBody, RepairsBody
 from app.domain.plan_edits import Pins, words_of
 from app.domain.tender_document import TenderBody
+from app.domain.world_model.vocabulary import symbolic
 from app.planning.pool.work import Solution
 from app.planning.problem_builder import GoalProblem
 from app.store import GoalRow, PlanRow
 from app.store.durations import key_of
 from app.store.event_log import EventLog
 from planner import GOAL, PlanningResult
-from planner.explanation.legs import barred_actions
-from planner.plan_nets.validation import broken_orders
+from planner.repair import unkept_pins
 from robots.clock import Clock
 
 
@@ -56,7 +56,7 @@ class Proposals:
         :param built: the problem that it solves.
         :param repairs: the plan that it replaces, if it repairs one.
         :param tender: the bids that it was made by, if robots have bid.
-        :param edits: what it was to keep to of operators' edits; if it does not, that is its reason.
+        :param edits: what it was to keep to of operators' edits; what it does not keep is its reason.
         :raises ValueError: if the result is not a solution.
         :raises BrokenConstraints: if the plan breaks the goal's constraints.
         """
@@ -64,7 +64,8 @@ class Proposals:
         broken = () if result.plan_net is None else built.constraints.broken_by(result.plan_net)
         if broken:
             raise BrokenConstraints(f"the plan for {goal.id} breaks its constraints: {'; '.join(broken)}")
-        unkept = words_of(edits) if edits and self._breaks_pins(result, built) else ""
+        kept = self._kept(edits, result, built)
+        unkept = words_of(tuple(pin for pin in edits if pin not in kept))
         plan_id = new_id("plan")
         likely = None
         if forecast is not None:
@@ -80,7 +81,7 @@ class Proposals:
             repairs=repairs,
             tender=tender,
             forecast=likely,
-            edits=() if unkept else edits,
+            edits=kept,
         )
         plan = PlanRow(
             id=plan_id,
@@ -111,12 +112,13 @@ class Proposals:
         )
         return plan
 
-    def _breaks_pins(self, result: PlanningResult, built: GoalProblem) -> bool:
-        net = result.plan_net
-        if net is None:
-            return False
-        barred = barred_actions(net, built.problem, self._knowledge_base)
-        return bool(barred) or bool(broken_orders(net, built.problem.after))
+    def _kept(self, edits: Pins, result: PlanningResult, built: GoalProblem) -> Pins:
+        """The operators' edits that the plan keeps."""
+        if not edits or result.plan_net is None:
+            return edits
+        unkept = unkept_pins(result.plan_net, built.problem, self._knowledge_base)
+        goals = {symbolic(goal, self._knowledge_base) for goal in unkept}
+        return tuple(pin for pin in edits if pin.goal not in goals)
 
     def _lateness(self, goal: GoalRow, plan: PlanBody) -> str:
         """By how much the plan misses the goal's deadline if it starts now, in words; empty if it does not."""

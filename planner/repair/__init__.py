@@ -3,7 +3,15 @@ running missions."""
 
 from planner.plan_nets.difference import Difference, compare
 from planner.repair.goal_insertion import join
-from planner.repair.pins import CannotPin, Pin, PlanHandles, edit, pinned
+from planner.repair.pins import (
+    CannotPin,
+    Pin,
+    PlanHandles,
+    edit,
+    pinned,
+    unkept_pins,
+    without_hopeless_pins,
+)
 from planner.repair.plan_repair import Course, Repair, repair
 from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining
 
@@ -22,4 +30,6 @@ __all__ = [
     "join",
     "pinned",
     "repair",
+    "unkept_pins",
+    "without_hopeless_pins",
 ]

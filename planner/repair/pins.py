@@ -5,7 +5,7 @@ after which other goals.
 is stays as it is where that pays.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
@@ -228,7 +228,7 @@ def edit(
             return kept
     remaining = Remaining(plan_net, problem, NOT_BEGUN, knowledge_base)
     if hopeless := _without_a_way(problem, knowledge_base):
-        return Repair.failed(Course.EDITED, hopeless, remaining, 0.0)
+        return Repair.failed(Course.EDITED, "; ".join(hopeless.values()), remaining, 0.0)
     liking = replace(request, like=plan_net, time_limit_s=timer.left_s)
     edited = _keeping_to(engine.plan(problem, liking, observer), remaining)
     best = edited if kept is None else min(edited, kept, key=_cost)
@@ -240,13 +240,7 @@ def _keeping_to(found: PlanningResult, remaining: Remaining) -> Repair:
     problem, knowledge_base = remaining.problem, remaining.knowledge_base
     if found.plan_net is None:
         return Repair.of(Course.EDITED, found, remaining, found.planning_s)
-    wrong = [
-        *barred_actions(found.plan_net, problem, knowledge_base).values(),
-        *(
-            f"{_in_words(goal, knowledge_base)} does not wait for {_in_words(before, knowledge_base)}"
-            for goal, before in broken_orders(found.plan_net, problem.after)
-        ),
-    ]
+    wrong = tuple(unkept_pins(found.plan_net, problem, knowledge_base).values())
     if wrong:
         reason = f"only a plan was found that does not keep to it: {wrong[0]}"
         return Repair.failed(Course.EDITED, reason, remaining, found.planning_s)
@@ -261,14 +255,40 @@ def _cost(edited: Repair) -> tuple[float, float]:
     return edited.plan_net.late_s, edited.plan_net.makespan_s + KEPT_S * changes
 
 
-def _without_a_way(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> str:
-    """The goals that what may be used for them does not suffice for, in words; empty if there are none.
+def unkept_pins(
+    plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase
+) -> Mapping[Fact, str]:
+    """The goals of which a plan does not keep what is pinned, each with how, in words."""
+    barred = barred_actions(plan_net, problem, knowledge_base)
+    served = goals_by_action(plan_net, StaticFacts(knowledge_base, problem).things) if barred else {}
+    found = {served[action]: words for action, words in barred.items()}
+    for goal, before in broken_orders(plan_net, problem.after):
+        words = f"{_in_words(goal, knowledge_base)} does not wait for {_in_words(before, knowledge_base)}"
+        found.setdefault(goal, words)
+    return found
+
+
+def without_hopeless_pins(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> PlanningProblem:
+    """The problem with all robots and places for those goals that what may be used for them does not suffice for.
+
+    Found by a relaxed search, so that a goal may be left for which there is no way all the same.
+    """
+    hopeless = _without_a_way(problem, knowledge_base)
+    return replace(
+        problem,
+        recruits={goal: robots for goal, robots in problem.recruits.items() if goal not in hopeless},
+        avoids={goal: places for goal, places in problem.avoids.items() if goal not in hopeless},
+    )
+
+
+def _without_a_way(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> Mapping[Fact, str]:
+    """The goals that what may be used for them does not suffice for, each in words.
 
     Robots that are not recruited still stand somewhere, but do nothing; what else is at places to avoid is left out.
     """
     agents = frozenset(knowledge_base.agents_among(problem.objects))
     statics = StaticFacts(knowledge_base, problem)
-    said: list[str] = []
+    found: dict[Fact, str] = {}
     for goal in problem.goals:
         allowed = problem.recruits.get(goal, agents) | statics.peripherals
         avoided = problem.avoids.get(goal, frozenset())
@@ -281,8 +301,8 @@ def _without_a_way(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> s
         alone = replace(able, goals=(goal,), facts=facts, recruits={}, avoids={})
         if not is_relaxed_reachable(knowledge_base, alone):
             without = enumeration(sorted({*avoided, *(agents - allowed)}))
-            said.append(f"there is no way to {_in_words(goal, knowledge_base)} without {without}")
-    return "; ".join(said)
+            found[goal] = f"there is no way to {_in_words(goal, knowledge_base)} without {without}"
+    return found
 
 
 def _in_words(goal: Fact, knowledge_base: KnowledgeBase) -> str:

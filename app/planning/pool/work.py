@@ -29,7 +29,7 @@ from planner import (
 from planner.alternatives import alternatives, with_choices_of
 from planner.explanation import Explanation, explain
 from planner.plan_nets.completion import forecast
-from planner.repair import NOT_BEGUN, MissionProgress, Repair, edit, repair
+from planner.repair import NOT_BEGUN, MissionProgress, Repair, edit, repair, without_hopeless_pins
 from robots.compilation import Group, compile_once
 
 Answer = TypeVar("Answer")
@@ -97,8 +97,11 @@ class PlanWork:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairWork:
-    """Repair a plan, parts of which may be done; with any robots and places and in any order, if what is awarded or
-    pinned for its goals has no plan."""
+    """Repair a plan, parts of which may be done.
+
+    If what is awarded or pinned for some goals leaves no way to them, it no longer counts for these; if there is no
+    plan with the rest either, nothing that is awarded or pinned counts, orders included.
+    """
 
     knowledge_base: KnowledgeBase
     plan_net: PlanNet
@@ -107,10 +110,10 @@ class RepairWork:
     progress: MissionProgress = field(default=NOT_BEGUN)
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
-        repaired = self._repaired(engine, observer, self.problem)
-        problem = self.problem
-        if repaired.plan_net is None and (problem.recruits or problem.avoids or problem.after):
-            free = replace(problem, recruits={}, avoids={}, after={})
+        wanted = without_hopeless_pins(self.problem, self.knowledge_base)
+        repaired = self._repaired(engine, observer, wanted)
+        if repaired.plan_net is None and (wanted.recruits or wanted.avoids or wanted.after):
+            free = replace(self.problem, recruits={}, avoids={}, after={})
             repaired = self._repaired(engine, observer, free)
         return _of_result(repaired.result, self.problem, repaired)
 
