@@ -9,6 +9,7 @@ import pytest
 
 from app.domain.mission_organiser import Organised, load_library, organise
 from app.domain.world_model import initial_facts, planning_problem, revise_beliefs
+from app.domain.world_model.beliefs import robots_in_zones
 from app.domain.world_model.edits import AddZone, MovePlace, RemoveZone, apply_edits, changed
 from app.domain.world_model.reservation import Reservation, is_withheld, taken_by
 from app.domain.world_model.timeliness import DatedFact, beliefs_contradicting
@@ -148,6 +149,7 @@ def test_a_robot_that_stands_in_a_zone_makes_way() -> None:
     world = with_zones(NOOK)
     facts = revise_beliefs(initial_facts(world, BASE), [near("yard_2", "door_1")])
     assert Fact("zone_clear", ("nook",)) not in facts
+    assert robots_in_zones(facts) == {"nook": {"yard_2"}}
     problem = planning_problem(world, facts, [near("yard_1", "door_1")], knowledge_base=BASE)
     net = planned(problem)
     assert [
