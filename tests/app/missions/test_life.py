@@ -32,8 +32,7 @@ def test_a_mission_is_carried_out_once_by_a_workflow_that_reports_wake(
     assert ends == len(scripts)
 
 
-def test_a_goal_that_is_true_already_ends_without_a_robot(api: TestClient, follow: Follow) -> None:
+def test_a_goal_that_is_true_already_ends_without_a_mission(api: TestClient, follow: Follow) -> None:
     goal = api.post("/v1/goals", json={"text": "move sample_2 to bay_2", "auto_approve": True}).json()
     ended = follow(f"/v1/goals/{goal['id']}", "finished")
-    assert ended["outcome"] == "completed"
-    assert api.get(f"/v1/missions/{ended['mission_id']}").json()["progress"] == []
+    assert (ended["outcome"], ended["mission_id"]) == ("completed", None)
