@@ -7,6 +7,7 @@ from functools import lru_cache
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
+from planner.relaxation.bystanders import with_bystanders_merged
 from planner.relaxation.network import Closure, Derivations, Network
 from planner.relaxation.rules import FUNCTION, GOAL, TYPE, argument_types, positions_needed, rules_of
 
@@ -61,7 +62,11 @@ def is_relaxed_reachable(knowledge_base: KnowledgeBase, problem: PlanningProblem
 
 
 def unreachable_goals(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> tuple[Fact, ...]:
-    """The goals that could not be brought about even if nothing were ever deleted; none of them has a plan."""
+    """The goals that could not be brought about even if nothing were ever deleted; none of them has a plan.
+
+    Things that no goal names count as one (`with_bystanders_merged`), so that a store full of them takes no longer.
+    """
+    problem = with_bystanders_merged(knowledge_base, problem)
     network = _network_of(knowledge_base, problem)
     given = _given(problem, members_of(knowledge_base, problem.objects))
     goals = {goal: on_purpose(goal) for goal in problem.goals}
