@@ -268,6 +268,18 @@ def test_the_horizon_is_not_driven_and_an_update_releases_it() -> None:
     assert mastered.state.is_idle
 
 
+def test_the_actions_of_a_horizon_that_an_update_replaces_are_forgotten() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    before = _action("drop", "before", stationName="door")
+    after = _action("drop", "after", stationName="door")
+    mastered.order(_start(), _node(2, "bay"), _node(4, "door", before, released=False))
+    mastered.step(20.0, masters=False)
+    assert [one.action_id for one in mastered.state.action_states] == ["before"]
+    mastered.order(_node(2, "bay"), _node(4, "door", after, released=False), update=1)
+    assert [one.action_id for one in mastered.state.action_states] == ["after"]
+
+
 def test_an_order_can_be_paused_resumed_and_cancelled() -> None:
     mastered = Mastered()
     mastered.step(1.0, masters=False)
