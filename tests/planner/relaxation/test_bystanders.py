@@ -39,13 +39,13 @@ def test_a_problem_without_bystanders_stays_as_it_is() -> None:
     assert with_bystanders_merged(BASE, problem) is problem
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(24))
 def test_as_much_is_out_of_reach_as_with_every_thing_by_itself(seed: int) -> None:
     random = Random(seed)
     problem = FAMILIES["random"](4, seed).problem(BASE)
     problem = replace(problem, goals=problem.goals[:1])
     statics = sorted(fact for fact in problem.facts if fact.predicate not in BASE.fluents)
-    kept = problem.facts - set(random.sample(statics, len(statics) // 6))
+    kept = problem.facts - set(random.sample(statics, len(statics) // random.choice((10, 40, 100))))
     problem = replace(problem, facts=kept)
     apart = Relaxation(BASE, problem)
     apart.run()
