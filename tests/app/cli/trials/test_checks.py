@@ -11,7 +11,7 @@ from app.cli.trials.checks import (
     unfinished_goals,
     untrue_goals,
 )
-from app.store import ScriptRow
+from app.store import Database, MessageRow, ScriptRow
 
 DONE = {"state": "finished", "outcome": "completed", "reason": "", "text": "move sample_1 to bay_7"}
 GOAL: dict[str, Any] = {"id": "goal-1", "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}], **DONE}
@@ -70,6 +70,29 @@ def test_a_packet_that_goes_on_after_a_pause_does_not_begin_again() -> None:
     assert executed_twice(record(*told, s="fred")) == []
     begun_again = [*told[:3], packet("s", "running", 2.5), told[3]]
     assert executed_twice(record(*begun_again, s="fred")) == ["a1 of s was running 2 times"]
+
+
+def test_of_the_recorded_messages_only_starts_pauses_and_ends_count(database: Database) -> None:
+    bodies = [
+        packet("s", "running", 2.0),
+        packet("s", "running", 3.0) | {"detail": "still on its way"},
+        packet("s", "running", 4.0) | {"events": ["let_go"]},
+        packet("s", "waiting", 1.0),
+        packet("s", "finished", 5.0),
+        packet("s", "finished", 6.0) | {"kind": "script_report"},
+        packet("s", "running", 0.0) | {"kind": "script_report"},
+        packet("s", "finished", 7.0) | {"kind": "upkeep_report"},
+    ]
+    with database.write() as session:
+        for number, body in enumerate(bodies):
+            session.add(MessageRow(id=f"m{number}", robot="fred", kind=body["kind"], body={"body": body}))
+    read = RecordedReports.read(database.url)
+    assert [body["at_s"] for body in read.reports] == [2.0, 5.0, 6.0]
+    assert read.executed() == {
+        ("s", "a1", "running"): 1,
+        ("s", "a1", "finished"): 1,
+        ("s", "the script", "finished"): 1,
+    }
 
 
 def test_two_scripts_of_one_robot_that_overlap_are_found() -> None:
