@@ -117,6 +117,9 @@ def _run(
             compilation.start()
             goal = _wait_until_planned(service, service.goals.submit(request, actor=OPERATOR), progress)
             progress.end()
+            if goal.state == GoalState.FINISHED:
+                console.print(f"{escape(goal.reason)}.")
+                return 0
             if goal.plan_id is None or goal.state != GoalState.PLANNED:
                 console.print(f"[bold red]No plan[/]: {escape(goal.reason)}")
                 return 1

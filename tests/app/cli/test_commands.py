@@ -335,6 +335,12 @@ def test_keeping_an_empty_place_empty_needs_no_plan(capsys: pytest.CaptureFixtur
     assert "nothing to carry out" in flat(capsys.readouterr().out)
 
 
+def test_the_demo_of_a_goal_that_is_true_already_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    world, packs = load_world("sample_store"), load_packs(("store",))
+    assert demo(world, packs, "move sample_2 to bay_2", None, 0) == 0
+    assert "it is true already" in flat(capsys.readouterr().out)
+
+
 def test_what_is_kept_where_it_is_is_planned_with_and_shown() -> None:
     goal = "move sample_1 to bay_7 and keep yard_1 at home_yard_1 for an hour"
     result = macta("plan", "--goal", goal)
