@@ -99,8 +99,8 @@ class PlanWork:
 class RepairWork:
     """Repair a plan, parts of which may be done.
 
-    If what is awarded or pinned for some goals leaves no way to them, it no longer counts for these; if there is no
-    plan with the rest either, nothing that is awarded or pinned counts, orders included.
+    If there is no plan with all that is awarded or pinned, it no longer counts for the goals that it leaves no way to;
+    if there is no plan with the rest either, none of it does, orders included.
     """
 
     knowledge_base: KnowledgeBase
@@ -110,10 +110,15 @@ class RepairWork:
     progress: MissionProgress = field(default=NOT_BEGUN)
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
-        wanted = without_hopeless_pins(self.problem, self.knowledge_base)
-        repaired = self._repaired(engine, observer, wanted)
-        if repaired.plan_net is None and (wanted.recruits or wanted.avoids or wanted.after):
-            free = replace(self.problem, recruits={}, avoids={}, after={})
+        problem = self.problem
+        repaired = self._repaired(engine, observer, problem)
+        if repaired.plan_net is not None or not (problem.recruits or problem.avoids or problem.after):
+            return _of_result(repaired.result, problem, repaired)
+        wanted = without_hopeless_pins(problem, self.knowledge_base)
+        if wanted != problem:
+            repaired = self._repaired(engine, observer, wanted)
+        if repaired.plan_net is None:
+            free = replace(problem, recruits={}, avoids={}, after={})
             repaired = self._repaired(engine, observer, free)
         return _of_result(repaired.result, self.problem, repaired)
 

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.planner.instances import FAMILIES
 from planner import Fact, load_knowledge_base
 from planner.relaxation import Relaxation, unreachable_goals
-from planner.relaxation.bystanders import with_bystanders_merged
+from planner.relaxation.reachability import with_bystanders_merged
 from tests.planner.store import inside, store_problem
 
 BASE = load_knowledge_base()
