@@ -31,6 +31,7 @@ from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders, tender_of
 from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, MissionRow, PlanRow
+from app.store.event_log import EventLog
 from app.workflows import current_workflow
 from planner import KnowledgeBaseError, PlanningRequest, PlanningStatus
 
@@ -251,9 +252,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
 
     def _finish(self, session: Session, goal: GoalRow) -> None:
         self._forget_tender(session, goal)
-        goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=TRUE_ALREADY)
-        finished = GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=TRUE_ALREADY)
-        self._events.append(session, finished)
+        finish_without_mission(session, self._events, goal, TRUE_ALREADY)
 
     def _propose(self, session: Session, goal: GoalRow, task: PlanningTask, solution: Solution) -> None:
         repairs = task.replaces.repaired_by(solution) if task.replaces else None
@@ -287,6 +286,12 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         except KnowledgeBaseError:
             return None
         return ReplacedPlan(plan_id=plan.id, plan_net=net, edits=body.edits)
+
+
+def finish_without_mission(session: Session, events: EventLog, goal: GoalRow, reason: str) -> None:
+    """End a goal for which there is nothing to carry out."""
+    goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason)
+    events.append(session, GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=reason))
 
 
 def _is_true(solution: Solution) -> bool:

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Busy, Conflict, Invalid, unrecorded
-from app.domain.events import GoalFinished, GoalStopRequested, GoalSubmitted, GoalWithdrawn
+from app.domain.events import GoalStopRequested, GoalSubmitted, GoalWithdrawn
 from app.domain.goal_language.check import GoalIssue, blocking, check_request, preference_conflicts
 from app.domain.goal_language.completion import completions, replacements, span_of
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints, check_constraints
@@ -39,11 +39,12 @@ from app.domain.goal_language.verbs import Verbs, shipped_verbs
 from app.domain.ids import new_id
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles.goal import GoalState
-from app.domain.lifecycles.mission import OPEN, MissionState
+from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.plan import PlanState
 from app.domain.recovery_rules import policy_for
 from app.domain.tender_document import Allocation
 from app.domain.world_model import Facts
+from app.planning.goal_planning import finish_without_mission
 from app.planning.hold_service import HoldService, open_goals
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
@@ -264,9 +265,7 @@ class GoalService:
         kept = " and ".join(hold.words for hold in holds)
         reason = f"nothing to carry out; holds {kept}"
         self._events.append(session, GoalSubmitted(subject=goal.id, text=goal.text, actor=actor))
-        goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason)
-        finished = GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=reason)
-        self._events.append(session, finished)
+        finish_without_mission(session, self._events, goal, reason)
 
     def _issues(
         self, session: Session, stated: "_Stated", world: WorldFile, facts: Facts

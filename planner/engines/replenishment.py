@@ -72,7 +72,7 @@ class ReplenishingEngine(WrappingEngine):
             other = planner.plan_if_time(fewer)
             if other is None:
                 break
-            # Completed anew, for who else would qualify is told of the whole problem.
+            # Completed again, as who else would qualify is told of the whole problem.
             whole = None if other.plan_net is None else replenishment.completed(other.plan_net.actions)
             made = None if whole is None else replenishment.supplied(replenishment.sized(whole))
             found += [made] if isinstance(made, PlanNet) else []

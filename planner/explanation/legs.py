@@ -4,7 +4,7 @@ Robots that carry out an action together do one leg together; so do those that a
 """
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from planner.fact import Fact
@@ -59,8 +59,22 @@ def barred_actions(
 
     Robots that only make way for others who work for a goal do not serve it.
     """
+    return {action: words for action, _, words in _barred(plan_net, problem, knowledge_base)}
+
+
+def barred_goals(
+    plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase
+) -> Mapping[Fact, str]:
+    """The goals that actions serve which may not (`barred_actions`), each with why."""
+    return {goal: words for _, goal, words in _barred(plan_net, problem, knowledge_base)}
+
+
+def _barred(
+    plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase
+) -> Iterator[tuple[str, Fact, str]]:
+    """The actions that may not serve their goal, with the goal and why."""
     if not problem.recruits and not problem.avoids:
-        return {}
+        return
     statics = StaticFacts(knowledge_base, problem)
     goals = goals_by_action(plan_net, statics.things)
     workers: dict[Fact, set[str]] = defaultdict(set)
@@ -70,7 +84,6 @@ def barred_actions(
         things = statics.things.intersection(goals[action.id].args)
         if not things or not things.isdisjoint(action.arguments.values()):
             workers[goals[action.id]].update(action.agents)
-    found: dict[str, str] = {}
     for action in plan_net.actions:
         goal = goals.get(action.id)
         if goal is None or workers[goal].isdisjoint(action.agents):
@@ -80,10 +93,9 @@ def barred_actions(
         named = problem.avoids.get(goal, frozenset()).intersection(action.arguments.values())
         places = {place for place in named if not _only_leaves(action, place, statics.things)}
         if others:
-            found[action.id] = f"{enumeration(sorted(others))} may not be recruited for {goal}"
+            yield action.id, goal, f"{enumeration(sorted(others))} may not be recruited for {goal}"
         elif places:
-            found[action.id] = f"{enumeration(sorted(places))} is not to be used for {goal}"
-    return found
+            yield action.id, goal, f"{enumeration(sorted(places))} is not to be used for {goal}"
 
 
 def _only_leaves(action: PlanNetAction, place: str, things: frozenset[str]) -> bool:

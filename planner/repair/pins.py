@@ -11,7 +11,7 @@ from itertools import pairwise
 from math import inf
 
 from planner.errors import PlannerError
-from planner.explanation.legs import barred_actions, goals_by_action
+from planner.explanation.legs import barred_actions, barred_goals, goals_by_action
 from planner.fact import Fact
 from planner.knowledge import KnowledgeBase
 from planner.knowledge.phrases import enumeration
@@ -259,9 +259,7 @@ def unkept_pins(
     plan_net: PlanNet, problem: PlanningProblem, knowledge_base: KnowledgeBase
 ) -> Mapping[Fact, str]:
     """The goals of which a plan does not keep what is pinned, each with how, in words."""
-    barred = barred_actions(plan_net, problem, knowledge_base)
-    served = goals_by_action(plan_net, StaticFacts(knowledge_base, problem).things) if barred else {}
-    found = {served[action]: words for action, words in barred.items()}
+    found = dict(barred_goals(plan_net, problem, knowledge_base))
     for goal, before in broken_orders(plan_net, problem.after):
         words = f"{_in_words(goal, knowledge_base)} does not wait for {_in_words(before, knowledge_base)}"
         found.setdefault(goal, words)
