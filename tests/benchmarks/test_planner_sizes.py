@@ -22,13 +22,22 @@ def measure(seed: int, makespan_s: float | None, *, fault: str | None = None) ->
 def test_a_row_tells_medians_and_worst_cases_and_counts_wrong_plans_as_unsolved() -> None:
     measures = [measure(1, 100.0), measure(2, 130.0), measure(3, 150.0), measure(4, None)]
     cells = line("mixed, 4", [*measures, measure(5, 110.0, fault="a1 needs something")])
-    assert dict(zip(HEAD[:4], cells, strict=False)) == {
-        "instances": "mixed, 4",
-        "solved": "3/5",
-        "over bound: median": "30.0 %",
-        "worst": "50.0 %",
-    }
-    assert cells[4:] == ["0.20", "0.30", "3.0", "5.0", "6.0", "10.0"]
+    assert HEAD[:6] == (
+        "instances",
+        "solved",
+        "over bound: median",
+        "worst",
+        "over best known: median",
+        "worst",
+    )
+    assert cells[:6] == ["mixed, 4", "3/5", "30.0 %", "50.0 %", "–", "–"]
+    assert cells[6:] == ["0.20", "0.30", "3.0", "5.0", "6.0", "10.0"]
+
+
+def test_plans_are_compared_with_those_of_a_long_search_and_with_their_bound() -> None:
+    measures = [measure(1, 100.5), measure(2, 130.0), measure(3, 150.0), measure(4, None), measure(5, 120.0)]
+    searched = [measure(2, 104.0), measure(3, 160.0), measure(4, 110.0), measure(5, 90.0, fault="wrong")]
+    assert line("mixed, 4", measures, searched)[4:6] == ["0.0 %", "25.0 %"]  # of seeds 1, 2 and 3
 
 
 def test_a_row_without_plans_has_no_figures_of_plans() -> None:
