@@ -208,6 +208,12 @@ def streams_of(rounds: Sequence[int], *, finished: bool) -> Collection[Sequence[
     return [texts[first::IN_FLIGHT] for first in range(IN_FLIGHT)]
 
 
+def untrue_after(rounds: int) -> Sequence[int]:
+    """As many rounds whose goals are not true after those: a goal that is true already has no plan."""
+    again = BAYS // SAMPLES
+    return [number for number in range(rounds + 1, 3 * rounds + again) if (number - rounds) % again][:rounds]
+
+
 def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[Throughput, Throughput]:
     """Until goals have a plan, and until they are finished."""
     near, far = InMemoryLink.pair()
@@ -224,7 +230,7 @@ def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[Throu
             through(api, service.events, streams_of(range(1), finished=True), finished=True)
             to_the_end = streams_of(range(1, rounds + 1), finished=True)
             done = through(api, service.events, to_the_end, finished=True)
-            to_a_plan = streams_of(range(rounds + 1, 2 * rounds + 1), finished=False)
+            to_a_plan = streams_of(untrue_after(rounds), finished=False)
             planned = through(api, service.events, to_a_plan, finished=False)
     return planned, done
 
