@@ -28,16 +28,34 @@ from planner.bounds.paths import FAR, Graph, Ints, duals, shortest
 from planner.bounds.world import MILLISECONDS, NotModelled, World
 from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
+from planner.problem.robot_classes import AgentClasses
 
 
 def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> float:
     """A makespan in seconds that no plan-net undercuts; 0 where nothing is proven."""
     if any(fact.predicate in knowledge_base.under_way for fact in problem.facts):
         return 0.0
+    kept = _last.pop() if _last else None
     try:
-        return _Bounds(Network(World(knowledge_base, problem)), problem).best() / MILLISECONDS
+        network = _network(knowledge_base, problem, kept)
+        bound_s = _Bounds(network, problem).best() / MILLISECONDS
     except NotModelled:
         return 0.0
+    _last[:] = [network]
+    return bound_s
+
+
+_last: list[Network] = []
+"""The network of the bound before, which the next one uses if it is made of the same; not in here while it is used, as
+its nodes are numbered on demand."""
+
+
+def _network(knowledge_base: KnowledgeBase, problem: PlanningProblem, kept: Network | None) -> Network:
+    """The network of a problem; `kept` if that is it."""
+    classes = AgentClasses(knowledge_base, problem)
+    if kept is not None and kept.world.is_of(knowledge_base, problem, classes):
+        return kept
+    return Network(World(knowledge_base, problem, classes))
 
 
 MAX_CLASSES = 4

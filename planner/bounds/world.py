@@ -55,10 +55,15 @@ class NotModelled(PlannerError):
 class World:
     """The quotient: static rows, pools of objects, durations."""
 
-    def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
+    def __init__(
+        self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classes: AgentClasses
+    ) -> None:
+        """:param problem: its goals are not used, nor what is said of them.
+        :param classes: of the problem's agents.
+        """
         self.base = knowledge_base
         self.problem = problem
-        classes = AgentClasses(knowledge_base, problem)
+        self._members = classes.members
         self.agents = classes.agents
         self.fluents = knowledge_base.fluents
         self.things = StaticFacts(knowledge_base, problem).things
@@ -86,6 +91,18 @@ class World:
         self.of_things = {
             kind: self._sound({kind}, sorted(self.things_of(kind))) for kind in self.thing_types
         }
+
+    def is_of(self, knowledge_base: KnowledgeBase, problem: PlanningProblem, classes: AgentClasses) -> bool:
+        """True if it is the quotient of this problem, too."""
+        own = self.problem
+        return (
+            self.base is knowledge_base
+            and self._members == classes.members
+            and own.facts == problem.facts
+            and own.objects == problem.objects
+            and own.functions == problem.functions
+            and own.zones == problem.zones
+        )
 
     def is_a(self, kind: str, wanted: str) -> bool:
         return self.base.file.is_a(kind, wanted)

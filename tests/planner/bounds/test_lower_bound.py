@@ -1,7 +1,7 @@
 """No plan-net is quicker than the bound, and the bound is no trifle."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import pytest
 
@@ -53,6 +53,30 @@ def test_learned_durations_count(knowledge_base: KnowledgeBase) -> None:
     bound_s = lower_bound_s(knowledge_base, problem)
     # Two legs, two releases of 5 s, both on the critical path.
     assert lower_bound_s(knowledge_base, replace(problem, functions=slower)) == pytest.approx(bound_s + 10.0)
+
+
+def test_a_bound_does_not_depend_on_what_was_bounded_before(knowledge_base: KnowledgeBase) -> None:
+    """What a problem shares with the one before is not made again: problems that differ in one part, in every order."""
+    problem = store_problem([inside("sample_1", "bay_7")])
+    moved = replace(problem, goals=(inside("sample_4", "door_2"), inside("sample_1", "bay_9")))
+    slower = {name: 2 * value for name, value in problem.functions.items()}
+    stands = next(f for f in problem.facts if f.predicate == "robot_position" and f.args[0] == "yard_1")
+    elsewhere = problem.facts - {stands} | {Fact("robot_position", ("yard_1", "near", "door_2"))}
+    one_less = frozenset(f for f in problem.facts if f.predicate != "can" or f.args[0] != "yard_1")
+    every = [
+        problem,
+        moved,
+        replace(problem, functions=slower),
+        replace(problem, facts=elsewhere),
+        replace(problem, facts=one_less),
+        replace(problem, recruits={problem.goals[0]: frozenset({"yard_2", "store_1"})}),
+    ]
+    found: dict[int, dict[int, float]] = {before: {} for before in range(len(every))}
+    for before, after in product(range(len(every)), repeat=2):
+        lower_bound_s(knowledge_base, every[before])
+        found[before][after] = lower_bound_s(knowledge_base, every[after])
+    assert all(bounds == found[0] for bounds in found.values())
+    assert len(set(found[0].values())) >= 4
 
 
 def test_a_goal_that_holds_needs_nothing(knowledge_base: KnowledgeBase) -> None:
