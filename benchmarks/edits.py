@@ -155,6 +155,7 @@ def main() -> None:
     base = load_knowledge_base()
     engine = portfolio(base)
     engine.warm_up()
+    of_all: list[Row] = []
     for family in ("store", "mixed", "two_ways"):
         rows: dict[str, list[Row]] = defaultdict(list)
         for seed in range(given.seeds):
@@ -169,6 +170,9 @@ def main() -> None:
                     rows[kind].append(measured(engine, base, plan, problem, pin))
         print(f"\n{family}, {given.goals} goals, {given.seeds} stores\n")
         print("\n".join(table(rows)), flush=True)
+        of_all += [row for those in rows.values() for row in those]
+    print("\nall of them\n")
+    print("\n".join(table({"any": of_all})))
 
 
 if __name__ == "__main__":

@@ -222,9 +222,12 @@ def edit(
     timer = request.timer()
     kept: Repair | None = None
     if not barred_actions(plan_net, problem, knowledge_base):  # everybody may go on as before, perhaps later
-        kept = repair(engine, knowledge_base, plan_net, problem, NOT_BEGUN, request, observer)
+        is_kept_to = not broken_orders(plan_net, problem.after)
+        kept = repair(
+            engine, knowledge_base, plan_net, problem, NOT_BEGUN, request, observer, replans=is_kept_to
+        )
         kept = replace(kept, course=Course.EDITED)
-        if not broken_orders(plan_net, problem.after) or timer.left_s < MIN_SHARE_S:
+        if is_kept_to or timer.left_s < MIN_SHARE_S:
             return kept
     remaining = Remaining(plan_net, problem, NOT_BEGUN, knowledge_base)
     if hopeless := _without_a_way(problem, knowledge_base):

@@ -97,6 +97,7 @@ def repair(
     observer: Observer = UNOBSERVED,
     *,
     stability_s: float = KEPT_S,
+    replans: bool = True,
 ) -> Repair:
     """Plan the rest of the mission, keeping the actions under way and as many of the remaining ones as pays.
 
@@ -113,6 +114,7 @@ def repair(
 
     :param problem: the present facts, and all the goals from now on.
     :param request: its time limit is for everything together.
+    :param replans: False: without the last attempt.
     :raises UnknownAction: if the progress names actions that the plan-net lacks.
     """
     timer = request.timer()
@@ -120,7 +122,8 @@ def repair(
     def repaired(stated: PlanningProblem) -> Repair:
         remaining = Remaining(plan_net, stated, progress, knowledge_base)
         left = replace(request, time_limit_s=max(timer.left_s, MIN_SHARE_S))
-        return _PlanRepair(TimeLimitedEngine(engine, left, observer), remaining, stability_s).run()
+        planner = TimeLimitedEngine(engine, left, observer)
+        return _PlanRepair(planner, remaining, stability_s, replans=replans).run()
 
     if not problem.preferences:
         return repaired(problem)
@@ -164,9 +167,12 @@ _Candidate = tuple[Repair, PlanNet, Difference]
 
 
 class _PlanRepair:
-    def __init__(self, planner: TimeLimitedEngine, remaining: Remaining, stability_s: float) -> None:
+    def __init__(
+        self, planner: TimeLimitedEngine, remaining: Remaining, stability_s: float, *, replans: bool
+    ) -> None:
         self._remaining = remaining
         self._stability_s = stability_s
+        self._replans = replans
         self._planner = planner
         self._goals = remaining.problem.goals
         progress = remaining.progress
@@ -200,7 +206,8 @@ class _PlanRepair:
             yield lambda: self._keep_and_plan_missing(
                 executable, at_most_s=EXTRA_ATTEMPT_S + EXTRA_ATTEMPT_FACTOR * self._planner.timer.elapsed_s
             )
-        yield lambda: self._keep_and_plan(Course.REPLANNED, begun((*running, *rest)))
+        if self._replans:
+            yield lambda: self._keep_and_plan(Course.REPLANNED, begun((*running, *rest)))
 
     def _executable(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
         """The actions that can be executed when the others are skipped, and the goals that they achieve."""

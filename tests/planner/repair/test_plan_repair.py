@@ -253,6 +253,17 @@ def test_without_a_plan_it_says_why(engine: Asked, knowledge_base: KnowledgeBase
     assert "no robot reaches door_0" in made.result.reason
 
 
+def test_all_goals_are_not_planned_again_if_the_caller_does_that(
+    engine: Asked, knowledge_base: KnowledgeBase, plan_net: PlanNet
+) -> None:
+    lost = MissionProgress(lost=frozenset({"yard_0", "yard_1"}))
+    repair(engine, knowledge_base, plan_net, problem(), lost, REQUEST)
+    asked, engine.times = engine.times, 0
+    made = repair(engine, knowledge_base, plan_net, problem(), lost, REQUEST, replans=False)
+    assert made.plan_net is None
+    assert engine.times == asked - 1
+
+
 @pytest.mark.parametrize("slot", ["done", "under_way"])
 def test_progress_of_actions_there_are_not_is_refused(
     engine: Asked, knowledge_base: KnowledgeBase, plan_net: PlanNet, slot: str
