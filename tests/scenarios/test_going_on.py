@@ -17,7 +17,8 @@ from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family
 
 KILLS = 3
-GIVE_UP_S = 60.0
+GIVE_UP_S = 200.0
+"""Of a life; a busy machine takes more than twice the world's time for it."""
 MOST_S = 12.0
 """The mission takes some 50 s of the world's time."""
 
@@ -38,17 +39,19 @@ class Lives:
         process = self._start()
         began, give_up = None, time.monotonic() + GIVE_UP_S
         assert process.stdout is not None
+        is_late = False
         for line in process.stdout:
-            assert time.monotonic() < give_up, self.complaints
             self.said.append(now := json.loads(line))
             began = now["time_s"] if began is None else began
             if world_alone and now["time_s"] - began >= world_s / 2:
                 os.kill(now["world"], signal.SIGKILL)
                 world_alone = False
-            if now["time_s"] - began >= world_s:
+            is_late = time.monotonic() >= give_up
+            if is_late or now["time_s"] - began >= world_s:
                 kill_family(process.pid)
                 break
         self._end(process)
+        assert not is_late, self.complaints
 
     def die_early(self, wall_s: float) -> None:
         """A life that is ended while it begins."""
