@@ -17,6 +17,7 @@ moves), and each agent along a path of its configurations (`Network.agent_edges`
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,7 +36,9 @@ def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> fl
     """A makespan in seconds that no plan-net undercuts; 0 where nothing is proven."""
     if any(fact.predicate in knowledge_base.under_way for fact in problem.facts):
         return 0.0
-    kept = _last.pop() if _last else None
+    kept: Network | None = None
+    with suppress(IndexError):
+        kept = _last.pop()
     try:
         network = _network(knowledge_base, problem, kept)
         bound_s = _Bounds(network, problem).best() / MILLISECONDS
