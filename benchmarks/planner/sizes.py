@@ -127,11 +127,10 @@ def main(words: Sequence[str] | None = None) -> int:
             )
             for seed in range(FIRST_SEED, FIRST_SEED + min(row.seeds, given.seeds or row.seeds))
         ]
-        searched = given.search and [
-            run(longer(one.task, given.search), engine, knowledge_base)
-            for one in measures
-            if not is_proven(one)
-        ]
+        searched = None
+        if given.search:
+            tasks = [longer(one.task, given.search) for one in measures if not is_proven(one)]
+            searched = [run(task, engine, knowledge_base) for task in tasks]
         print("| " + " | ".join(line(row.said, measures, searched)) + " |", flush=True)
         wrong += [
             f"{row.said}, seed {one.task.seed}: {one.fault or f'{one.status}: {one.reason}'}"

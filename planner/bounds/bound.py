@@ -36,11 +36,8 @@ def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> fl
     """A makespan in seconds that no plan-net undercuts; 0 where nothing is proven."""
     if any(fact.predicate in knowledge_base.under_way for fact in problem.facts):
         return 0.0
-    kept: Network | None = None
-    with suppress(IndexError):
-        kept = _last.pop()
     try:
-        network = _network(knowledge_base, problem, kept)
+        network = _network(knowledge_base, problem)
         bound_s = _Bounds(network, problem).best() / MILLISECONDS
     except NotModelled:
         return 0.0
@@ -49,15 +46,16 @@ def lower_bound_s(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> fl
 
 
 _last: list[Network] = []
-"""The network of the bound before, which the next one uses if it is made of the same; not in here while it is used, as
-its nodes are numbered on demand."""
+"""The network of the bound before; not in here while it is used, as its nodes are numbered on demand."""
 
 
-def _network(knowledge_base: KnowledgeBase, problem: PlanningProblem, kept: Network | None) -> Network:
-    """The network of a problem; `kept` if that is it."""
+def _network(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> Network:
+    """The problem's network: that of the bound before, which is taken, if it is made of the same."""
     classes = AgentClasses(knowledge_base, problem)
-    if kept is not None and kept.world.is_of(knowledge_base, problem, classes):
-        return kept
+    with suppress(IndexError):  # there is none yet, or another thread has it
+        kept = _last.pop()
+        if kept.world.is_of(knowledge_base, problem, classes):
+            return kept
     return Network(World(knowledge_base, problem, classes))
 
 

@@ -110,19 +110,11 @@ def with_bystanders_merged(knowledge_base: KnowledgeBase, problem: PlanningProbl
 
 def _meet(knowledge_base: KnowledgeBase, kind: str) -> bool:
     """True if an action has parameters for two objects of the type."""
-    supertypes = frozenset(_supertypes(knowledge_base, kind))
+    is_a = knowledge_base.file.is_a
     return any(
-        sum(one in supertypes for one in operator.parameters.values()) > 1
+        sum(is_a(kind, one) for one in operator.parameters.values()) > 1
         for operator in knowledge_base.operators
     )
-
-
-def _supertypes(knowledge_base: KnowledgeBase, kind: str) -> Iterator[str]:
-    """The type and all that it is a subtype of."""
-    step: str | None = kind
-    while step is not None:
-        yield step
-        step = knowledge_base.file.types[step].parent
 
 
 def on_purpose(goal: Fact) -> Fact:
