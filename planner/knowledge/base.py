@@ -11,7 +11,7 @@ from planner.knowledge.change import OWN_TERMS
 from planner.knowledge.comparison import Comparison, Numbers, Term
 from planner.knowledge.expression import Expression, Functions
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
-from planner.knowledge.phases import Phase, ground_phase, phases_of, under_way_predicate
+from planner.knowledge.phases import Phase, ground_phases, phases_of, under_way_predicate
 from planner.knowledge.schema import RELATION, TIME, KnowledgeBaseFile, PredicateSpec, QuantitySpec
 
 
@@ -143,7 +143,7 @@ class KnowledgeBase:
             action.duration_s
         ):
             return (action,)
-        return tuple(ground_phase(action, phase, binding) for phase in phases)
+        return ground_phases(action, phases, binding)
 
     def phase_of(self, action: GroundAction, number: int) -> GroundAction | None:
         """One of a whole action's phases, however short the action is now; None if it has none of this number."""
@@ -151,7 +151,7 @@ class KnowledgeBase:
         phases = () if found is None else self.phases.get(found[0].name, ())
         if found is None or not 0 < number <= len(phases):
             return None
-        return ground_phase(action, phases[number - 1], found[1])
+        return ground_phases(action, phases[number - 1 : number], found[1])[0]
 
     def changes_of(self, action: GroundAction) -> tuple[Sequence[Fact], Sequence[Fact]]:
         """What the whole action deletes and brings about of which this is one, or a phase."""
@@ -207,15 +207,26 @@ class KnowledgeBase:
             if spec.used != "0"
         }
 
+    @cached_property
+    def _operators_by_tag(self) -> Mapping[str, Sequence[Operator]]:
+        found: dict[str, list[Operator]] = {}
+        for op in self.operators:
+            found.setdefault(op.spec.name, []).append(op)
+        return found
+
     def operator_of(self, action: GroundAction) -> tuple[Operator, Mapping[str, str]] | None:
         """The operator and the binding that the action is of, or the action that it is a phase of."""
+        bound = [
+            (op, binding)
+            for op in self._operators_by_tag.get(action.tag, ())
+            if (binding := binding_of(op, action.arguments)) is not None
+            and action.phase <= len(self.phases.get(op.name, ()))
+        ]
+        if len(bound) < 2:
+            return next(iter(bound), None)
         found: list[tuple[int, Operator, Mapping[str, str]]] = []
-        for op in self.operators:
-            binding = binding_of(op, action.arguments) if op.spec.name == action.tag else None
-            phases = self.phases.get(op.name, ())
-            if binding is None or action.phase > len(phases):
-                continue
-            own = phases[action.phase - 1] if action.phase else op
+        for op, binding in bound:
+            own = self.phases[op.name][action.phase - 1] if action.phase else op
             stated = {one.ground(binding) for one in (*own.preconditions, *own.intended_effects)}
             if stated.issubset((*action.preconditions, *action.intended_effects)):
                 found.append((len(stated), op, binding))

@@ -85,40 +85,50 @@ class Share:
         return round(whole_s - seconds if moment.before_end else seconds, 3)
 
 
-def ground_phase(action: GroundAction, phase: Phase, binding: Mapping[str, str]) -> GroundAction:
-    """A phase of a ground action.
+def ground_phases(
+    action: GroundAction, phases: Sequence[Phase], binding: Mapping[str, str]
+) -> tuple[GroundAction, ...]:
+    """Phases of a ground action, all of one operator.
 
     What the action does not have from its operator (zones, doors) it needs throughout, except what it deletes at its
     start, and brings about at its end.
     """
-    whole = phase.whole
+    whole = phases[0].whole
     more_needs = _beyond(action.preconditions, whole.preconditions, binding)
     more_deletes = _beyond(action.deletes, whole.deletes, binding)
     more_effects = _beyond(action.effects, (*whole.intended_effects, *whole.other_effects), binding)
-    is_first = phase.number == 1
-    kept = [fact for fact in more_needs if is_first or fact not in more_deletes]
-    seconds = phase.share.seconds(action.duration_s)
-    part = seconds / action.duration_s if action.duration_s else 0.0
-    return replace(
-        action,
-        preconditions=(*_ground(phase.preconditions, binding), *kept),
-        deletes=(*_ground(phase.deletes, binding), *(more_deletes if is_first else ())),
-        intended_effects=_ground(phase.intended_effects, binding),
-        other_effects=(
-            *_ground(phase.other_effects, binding),
-            *(more_effects if phase.number == phase.count else ()),
-        ),
-        duration_s=seconds,
-        distance_m=round(part * action.distance_m, 3),
-        energy_j=round(part * action.energy_j, 3),
-        phase=phase.number,
-        phases=phase.count,
-    )
+    kept = [fact for fact in more_needs if fact not in more_deletes]
+    grounded = []
+    for phase in phases:
+        is_first, is_last = phase.number == 1, phase.number == phase.count
+        seconds = phase.share.seconds(action.duration_s)
+        part = seconds / action.duration_s if action.duration_s else 0.0
+        grounded.append(
+            replace(
+                action,
+                preconditions=(
+                    *_ground(phase.preconditions, binding),
+                    *(more_needs if is_first else kept),
+                ),
+                deletes=(*_ground(phase.deletes, binding), *(more_deletes if is_first else ())),
+                intended_effects=_ground(phase.intended_effects, binding),
+                other_effects=(
+                    *_ground(phase.other_effects, binding),
+                    *(more_effects if is_last else ()),
+                ),
+                duration_s=seconds,
+                distance_m=round(part * action.distance_m, 3),
+                energy_j=round(part * action.energy_j, 3),
+                phase=phase.number,
+                phases=phase.count,
+            )
+        )
+    return tuple(grounded)
 
 
 def _beyond(facts: Sequence[Fact], stated: Sequence[Literal], binding: Mapping[str, str]) -> list[Fact]:
     """The facts that no literal of the operator states."""
-    own = set(_ground(stated, binding))
+    own = _ground(stated, binding)
     return [fact for fact in facts if fact not in own]
 
 

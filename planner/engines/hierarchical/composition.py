@@ -120,7 +120,7 @@ class Composition:
             self._keep(schedule)
             if schedule.is_possible:
                 for stops in (NEAR, NEAR | PUSH, PUSH):
-                    stepping = schedule.choice._replace(stops=np.full_like(choice.stops, stops))
+                    stepping = schedule.settled._replace(stops=np.full_like(choice.stops, stops))
                     self._keep(Schedule(self._model, stepping, self._weights))
         for choice in self._at_random(0 if self._found else RANDOM_CHOICES):
             self._keep(Schedule(self._model, choice, self._weights))
@@ -160,7 +160,7 @@ class Composition:
         timer = Timer(seconds, self._clock)
         if seconds <= 0.0 or not go_on(self._found[-1].makespan_s):
             return
-        search = Annealing(self._model, self._decoded(self._choice), self._weights, seed=self._seed)
+        search = Annealing(self._model, self.start(), self._weights, seed=self._seed)
         while search.trials < trials and not timer.is_over:
             if search.go_on(trials - search.trials):
                 self._choice = search.best
@@ -168,6 +168,12 @@ class Composition:
             self.trials = min(trials, search.trials)
             if not go_on(self._found[-1].makespan_s):
                 break
+
+    def start(self) -> Schedule:
+        """What improvement begins with: the best so far in the present model, its agents settled unless that is worse."""
+        schedule = self._decoded(self._choice)
+        settled = Schedule(self._model, schedule.settled, self._weights)
+        return min(settled, schedule, key=lambda one: one.merit)
 
     def _decoded(self, choice: Choice) -> Schedule:
         """The choice's schedule; the model is widened where an agent has to make way for it."""

@@ -307,6 +307,8 @@ class SchedulingProblemBuilder:
 
     def _awaited(self, action: GroundAction) -> list[Fact]:
         """The goals after which one that the action achieves is to come true: it is scheduled as if it needed them."""
+        if not self._problem.after:
+            return []
         goals = frozenset(self._problem.goals)
         return [
             before

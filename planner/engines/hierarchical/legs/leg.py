@@ -28,12 +28,17 @@ SHORTER = 0.01
 def _is_shorter_by_a_third(values: Mapping[tuple[str, str], float]) -> bool:
     """Whether the values from some object to a third one and on to another are less than that between the two."""
     number = {name: n for n, name in enumerate(dict.fromkeys(name for pair in values for name in pair))}
-    table = np.full((len(number), len(number)), np.inf)
+    table = np.full((len(number), len(number)), np.inf, np.float32)
     for (one, other), value in values.items():
         table[number[one], number[other]] = value
     np.fill_diagonal(table, np.inf)
     longest = np.where(np.isinf(table), -np.inf, table - SHORTER)
-    return any(bool((table[:, [third]] + table[[third], :] < longest).any()) for third in range(len(number)))
+    by_third, is_shorter = np.empty_like(table), np.empty(table.shape, np.bool_)
+    for third in range(len(number)):
+        np.add.outer(table[:, third], table[third, :], out=by_third)
+        if np.less(by_third, longest, out=is_shorter).any():
+            return True
+    return False
 
 
 class ClassifiedProblem:
@@ -50,6 +55,7 @@ class ClassifiedProblem:
         self.statics = statics.facts
         self.things = statics.things
         self._is_configuration: dict[Fact, bool] = {}
+        self._binds_only_things: dict[str, bool] = {}
 
     @cached_property
     def detours_pay(self) -> bool:
@@ -72,6 +78,14 @@ class ClassifiedProblem:
             known = self.is_fluent(fact) and len(self.agents_of(fact)) == 1
             known = self._is_configuration[fact] = known and self.things.isdisjoint(fact.args)
         return known
+
+    def binds_only_things(self, kind: str) -> bool:
+        """True if there are objects that fit a parameter of this type, and all of them are things."""
+        if kind not in self._binds_only_things:
+            is_a = self.knowledge_base.file.is_a
+            known = {name for name, own in self.problem.objects.items() if is_a(own, kind)}
+            self._binds_only_things[kind] = bool(known) and known <= self.things
+        return self._binds_only_things[kind]
 
     def is_setup(self, action: GroundAction) -> bool:
         """True if the action only brings its one agent into another configuration."""

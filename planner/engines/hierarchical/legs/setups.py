@@ -109,7 +109,7 @@ class Setups:
             if len(op.agents) == 1
             and knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
             and all(op.agents[0] in literal.terms for literal in op.intended_effects)
-            and not any(self._binds_only_things(parameter) for parameter in op.parameters.values())
+            and not any(map(classified.binds_only_things, op.parameters.values()))
         ]
         fluents = classified.fluents
         self._static = {
@@ -151,11 +151,6 @@ class Setups:
             found = (self._outcome(start, action) for action in self._actions(start))
             self._steps[start] = tuple(way for way in found if way is not None)
         return self._steps[start]
-
-    def _binds_only_things(self, kind: str) -> bool:
-        """True if only things fit a parameter of this type; no setup has such a parameter."""
-        known = {name for name, own in self._problem.objects.items() if self._base.file.is_a(own, kind)}
-        return bool(known) and known <= self._classified.things
 
     def _is_made(self, wanted: Fact) -> bool:
         """True if some setup may bring the fact about; otherwise a search is useless."""

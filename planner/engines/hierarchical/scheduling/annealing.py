@@ -5,7 +5,7 @@ Runs in chunks, between which the caller reads the clock.
 
 import numpy as np
 
-from planner.compiled import lean
+from planner.compiled import inlined, lean
 from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, decode
 from planner.engines.hierarchical.scheduling.decoder_state import FREE, LAST, NONE, decoder_state_for
 from planner.engines.hierarchical.scheduling.model import (
@@ -21,13 +21,18 @@ from planner.engines.hierarchical.scheduling.model import (
 
 
 class Schedule:
-    """A decoded choice (`choice`: as it was taken): its steps with their agents in an order they can be carried out."""
+    """A decoded choice: its steps with their agents in an order they can be carried out.
+
+    `settled`: the choice with each leg given to the agent that took it. It may make another schedule: an agent that is
+    chosen waits for what is in its way, while otherwise one that can go at once takes the leg.
+    """
 
     def __init__(self, model: Model, choice: Choice, weights: Floats) -> None:
         state = decoder_state_for(model)
         state.taken[:] = choice.agent
-        decisive, cost, length, makespan = decode(model, choice, weights, state)
-        self.choice = choice._replace(agent=state.taken)
+        decisive, cost, length, makespan = decode(model, choice, weights, np.inf, state)
+        self.choice = choice
+        self.settled = choice._replace(agent=state.taken)
         self.decisive = float(decisive)
         self.cost = float(cost)
         self.makespan_s = float(makespan)
@@ -161,6 +166,21 @@ def _copy_into(choice, other):  # type: ignore[no-untyped-def]
         choice.stops[n] = other.stops[n]
 
 
+@inlined
+def _is_same(choice, other):  # type: ignore[no-untyped-def]
+    for task in range(choice.alternative.shape[0]):
+        if choice.alternative[task] != other.alternative[task]:
+            return False
+    for n in range(choice.order.shape[0]):
+        if (
+            choice.order[n] != other.order[n]
+            or choice.agent[n] != other.agent[n]
+            or choice.stops[n] != other.stops[n]
+        ):
+            return False
+    return True
+
+
 @lean
 def _anneal(  # type: ignore[no-untyped-def]
     model,
@@ -183,17 +203,18 @@ def _anneal(  # type: ignore[no-untyped-def]
         return here_cost, best_decisive, best_cost
     np.random.seed(seed)
     _copy_into(trial, here)
-    decode(model, here, weights, state)
+    decode(model, here, weights, np.inf, state)
     count = _critical_path(state, critical)
     for _ in range(trials):
         if count > 0 and np.random.random() < CRITICAL_SHARE:
             _move_critical_leg(model, trial, critical[:count])
         else:
             _random_move(model, trial)
-        decisive, cost, _, _ = decode(model, trial, weights, state)
-        if cost <= here_cost or (
-            cost < IMPOSSIBLE and np.random.random() < np.exp((here_cost - cost) / temperature)
-        ):
+        most = here_cost - temperature * np.log(np.random.random())
+        if _is_same(here, trial):
+            continue
+        decisive, cost, _, _ = decode(model, trial, weights, most, state)
+        if cost <= here_cost or (cost < IMPOSSIBLE and cost <= most):
             here_cost = cost
             count = _critical_path(state, critical)
             _copy_into(here, trial)

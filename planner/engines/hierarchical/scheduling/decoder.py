@@ -28,11 +28,12 @@ _leave = lean(leave)
 
 
 @lean
-def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
+def decode(model, choice, weights, most, state):  # type: ignore[no-untyped-def]
     """Schedule the choice on the state.
 
     :param weights: (2, 5) of a second of makespan, a joule, an agent used, a second of weighted lateness, and a second
         of all tasks' ends together; first what decides, then what breaks ties.
+    :param most: what the choice may cost with what breaks ties; above it, it counts as impossible.
     :returns: the cost without and with what breaks ties, the number of steps placed, the makespan in seconds.
     """
     waiting = _begin(model, choice, state)
@@ -54,6 +55,8 @@ def decode(model, choice, weights, state):  # type: ignore[no-untyped-def]
                     model, state, legs[n], place, choice.agent[place], choice.stops[place], anyone, length
                 )
                 if now >= 0:
+                    if weights[0, 0] * end > most:
+                        return IMPOSSIBLE, IMPOSSIBLE, length, 0.0
                     length = now
                     state.taken[place] = state.team[0]
                     ends[place // model.max_legs] = max(ends[place // model.max_legs], end)

@@ -121,7 +121,7 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSet
             random.integers(-1, len(model.agent_class), legs).astype(np.int32),
             random.choice([0, NEAR, AHEAD, PUSH, NEAR | AHEAD | PUSH], legs).astype(np.int32),
         )
-        cost, _, length, span_s = decode(model, choice, MAKESPAN_ONLY, state)
+        cost, _, length, span_s = decode(model, choice, MAKESPAN_ONLY, np.inf, state)
         if cost < IMPOSSIBLE:
             possible += 1
             actions = builder.actions(state.steps[:length], state.step_agents[:length])
@@ -135,7 +135,7 @@ def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> No
     model = builder_of(four).model()
     state = decoder_state_for(model)
     choice = Dispatcher(model).choice(0.0, np.random.default_rng(0))
-    cost, _, _, span_s = decode(model, choice, MAKESPAN_ONLY, state)
+    cost, _, _, span_s = decode(model, choice, MAKESPAN_ONLY, np.inf, state)
     assert cost < IMPOSSIBLE
     step = int(state.free[np.argmax(state.free[:, 0]), 1])
     whole = 0.0
@@ -143,6 +143,26 @@ def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> No
         whole += model.step_span_s[state.steps[step]]
         step = int(state.cause[step])
     assert whole == pytest.approx(span_s)
+
+
+def test_a_choice_counts_as_impossible_above_the_given_cost_only(four: ProblemSetup) -> None:
+    model = builder_of(four).model()
+    state = decoder_state_for(model)
+    choice = Dispatcher(model).choice(0.0, np.random.default_rng(0))
+    decisive, cost, _, _ = decode(model, choice, MAKESPAN_ONLY, np.inf, state)
+    assert decode(model, choice, MAKESPAN_ONLY, cost, state)[:2] == (decisive, cost)
+    assert decode(model, choice, MAKESPAN_ONLY, 0.9 * decisive, state)[0] == IMPOSSIBLE
+
+
+@pytest.mark.parametrize(("family", "samples", "seed"), [("mixed", 12, 4), ("store", 8, 3), ("store", 12, 5)])
+def test_improvement_begins_with_the_best_schedule_known(
+    knowledge_base: KnowledgeBase, family: str, samples: int, seed: int
+) -> None:
+    """Here, the agents that took the legs would make a longer schedule if they were chosen beforehand."""
+    world = ProblemSetup.of(knowledge_base, FAMILIES[family](samples, seed).problem(knowledge_base))
+    composition = composition_of(world)
+    assert composition.begin()
+    assert composition.start().makespan_s <= composition.best_s
 
 
 @pytest.mark.parametrize("trials", [0, 1, 100, 1777])
