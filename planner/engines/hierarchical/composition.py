@@ -8,6 +8,7 @@ import numpy as np
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING, Sequenced
 from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
+from planner.engines.hierarchical.scheduling.construction import Constructor
 from planner.engines.hierarchical.scheduling.decoder_state import NONE
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, STRICT, Choice, Floats, Model, ints
@@ -48,6 +49,12 @@ MANY_TASKS = 48
 """With more tasks, two of each."""
 RANDOM_CHOICES = 1000
 """Random choices, tried if no initial choice can be scheduled."""
+CONSTRUCTED_CHOICES = 8
+"""… and constructed ones, …"""
+CONSTRUCTED_LATER = 100
+"""… and more of them if schedules are to be improved."""
+IN_VAIN = 4
+"""No more are constructed once so many in a row cannot be scheduled."""
 NOISE_S = 2.0
 """Noise added to each further dispatching."""
 MAX_WIDENINGS = 64
@@ -86,6 +93,8 @@ class Composition:
         self._clock = request.clock
         self._model = self._builder.model()
         self._choice = Choice.of(ints([]), ints([]))
+        self._random = np.random.default_rng(self._seed)
+        """For constructed choices."""
         self._found: list[Schedule] = []
         """Each better than those before it."""
         self.trials = 0
@@ -122,11 +131,31 @@ class Composition:
                 for stops in (NEAR, NEAR | PUSH, PUSH):
                     stepping = schedule.settled._replace(stops=np.full_like(choice.stops, stops))
                     self._keep(Schedule(self._model, stepping, self._weights))
+        self._construct(CONSTRUCTED_CHOICES)
         for choice in self._at_random(0 if self._found else RANDOM_CHOICES):
             self._keep(Schedule(self._model, choice, self._weights))
         if self._found:
             self._choice = self._found[-1].choice
         return bool(self._found)
+
+    def construct(self, seconds: float, go_on: Callable[[float], bool]) -> None:
+        """Look for a better first schedule until the seconds are used up or `go_on(best makespan)` is False."""
+        timer = Timer(seconds, self._clock)
+        self._construct(CONSTRUCTED_LATER, lambda best_s: not timer.is_over and go_on(best_s))
+
+    def _construct(self, count: int, go_on: Callable[[float], bool] = lambda _: True) -> None:
+        if self._moves or self._like is not None:
+            return
+        constructor = Constructor(self._model)
+        in_vain = 0
+        for _ in range(count):
+            schedule = Schedule(self._model, constructor.choice(self._random), self._weights)
+            self._keep(schedule)
+            in_vain = 0 if schedule.is_possible else in_vain + 1
+            if in_vain == IN_VAIN or not self._found or not go_on(self._found[-1].makespan_s):
+                break
+        if self._found:
+            self._choice = self._found[-1].choice
 
     def _at_random(self, count: int) -> Iterator[Choice]:
         """Random orders and alternatives: things that come from both sides block each other in most orders."""
@@ -170,7 +199,7 @@ class Composition:
                 break
 
     def start(self) -> Schedule:
-        """What improvement begins with: the best so far in the present model, its agents settled unless that is worse."""
+        """The best so far in the present model, with its agents settled unless that is worse."""
         schedule = self._decoded(self._choice)
         settled = Schedule(self._model, schedule.settled, self._weights)
         return min(settled, schedule, key=lambda one: one.merit)

@@ -257,6 +257,7 @@ class _Run:
         timer = Timer(min(seconds, self._for_improvement_s()), self._request.clock)
         if timer.left_s > 0.0 and self._is_open(composition.best_s):
             with suppress(OutOfTime):
+                composition.construct(timer.left_s, self._is_open)
                 composition.vary(self._stops([task.fragments for task in tasks]))
                 composition.improve(trials, timer.left_s, self._is_open)
         return self._best_plan(list(composition.found()))

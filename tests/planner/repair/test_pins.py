@@ -362,7 +362,7 @@ def test_a_plan_in_another_order_is_valid_and_keeps_the_order_through_repairs(se
 def test_edited_plans_keep_more_of_the_old_ones_than_plans_made_from_scratch() -> None:
     kept: list[float] = []
     new: list[float] = []
-    for seed in range(12):
+    for seed in range(24):
         if (case := random_edit(seed)) is None:
             continue
         plan, problem, pin = case

@@ -86,7 +86,7 @@ def decode(model, choice, weights, most, state):  # type: ignore[no-untyped-def]
             continue
         now = -1
         if ways_made < most_ways:
-            now = _make_way(model, state, choice.stops, waits_for[:waiting], places, length)
+            now = make_way(model, state, choice.stops, waits_for[:waiting], places, length)
         if now < 0:
             state.missing_fact[0] = _hopeless(model, waits_for[:waiting])
             return IMPOSSIBLE, IMPOSSIBLE, length, 0.0
@@ -98,19 +98,7 @@ def decode(model, choice, weights, most, state):  # type: ignore[no-untyped-def]
 @inlined
 def _begin(model, choice, state):  # type: ignore[no-untyped-def]
     """Clear the state and put down the chosen legs by priority; how many."""
-    for fact in range(state.facts.shape[0]):
-        state.facts[fact, HOLDS] = model.fact_true[fact]
-        for column in range(1, COLUMNS):
-            state.facts[fact, column] = 0.0 if column < BY else float(NONE)
-    for n in range(model.hold_facts.shape[0]):
-        state.facts[model.hold_facts[n], BY] = model.hold_agents[n]
-    for agent in range(state.free.shape[0]):
-        state.free[agent, FREE] = 0.0
-        state.free[agent, LAST] = float(NONE)
-        state.configuration[agent] = model.agent_start[agent]
-    state.role_agent[:] = NONE
-    state.ends[:] = 0.0
-    state.missing_fact[0] = NONE
+    clear(model, state)
     count = 0
     for place in choice.order:
         chosen = model.task_first[place // model.max_legs] + choice.alternative[place // model.max_legs]
@@ -124,7 +112,25 @@ def _begin(model, choice, state):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _make_way(model, state, stops, waits_for, places, length):  # type: ignore[no-untyped-def]
+def clear(model, state):  # type: ignore[no-untyped-def]
+    """Bring the state back to where nothing is placed."""
+    for fact in range(state.facts.shape[0]):
+        state.facts[fact, HOLDS] = model.fact_true[fact]
+        for column in range(1, COLUMNS):
+            state.facts[fact, column] = 0.0 if column < BY else float(NONE)
+    for n in range(model.hold_facts.shape[0]):
+        state.facts[model.hold_facts[n], BY] = model.hold_agents[n]
+    for agent in range(state.free.shape[0]):
+        state.free[agent, FREE] = 0.0
+        state.free[agent, LAST] = float(NONE)
+        state.configuration[agent] = model.agent_start[agent]
+    state.role_agent[:] = NONE
+    state.ends[:] = 0.0
+    state.missing_fact[0] = NONE
+
+
+@inlined
+def make_way(model, state, stops, waits_for, places, length):  # type: ignore[no-untyped-def]
     """Have somebody bring about a fact that a leg waits for, by leaving: the number of steps then, -1 if nobody can."""
     for m in range(waits_for.shape[0]):
         for agent in range(state.free.shape[0]):

@@ -26,7 +26,8 @@ class DecoderState(NamedTuple):
     role_agent: Ints  # (roles,) who plays each role
     ends: Floats  # (T,) seconds
     log: Floats  # (max_touched_facts, 1 + 8) facts and their rows before, to take back a leg
-    before: Floats  # (3, MAX_AGENTS) the team's times, steps and configurations before the leg
+    logged: Ints  # (1,) of them, those of the leg placed last
+    before: Floats  # (4, MAX_AGENTS) the team's times, steps, configurations and roles before the leg
     team: Ints  # (MAX_AGENTS,) of the leg being placed
     steps: Ints  # (max_steps,) in the order they were placed
     step_agents: Ints  # (max_steps, MAX_AGENTS) their agents
@@ -49,7 +50,8 @@ def decoder_state_for(model: Model) -> DecoderState:
         role_agent=np.full(model.roles, NONE, np.int32),
         ends=np.zeros(tasks),
         log=np.empty((model.max_touched_facts, 9)),
-        before=np.zeros((3, MAX_AGENTS)),
+        logged=np.zeros(1, np.int32),
+        before=np.zeros((4, MAX_AGENTS)),
         team=np.zeros(MAX_AGENTS, np.int32),
         steps=np.empty(model.max_steps, np.int32),
         step_agents=np.zeros((model.max_steps, MAX_AGENTS), np.int32),

@@ -356,6 +356,21 @@ def _may_do_itself(model, state, leg, holder):  # type: ignore[no-untyped-def]
 
 
 @inlined
+def take_back(model, state, leg, count):  # type: ignore[no-untyped-def]
+    """Undo the placing of a leg, the last one that was placed; `count`: how many facts were logged for it."""
+    first = model.slot_first[leg]
+    for n in range(count - 1, -1, -1):
+        for column in range(COLUMNS):
+            state.facts[int(state.log[n, 0]), column] = state.log[n, 1 + column]
+    for slot in range(model.slot_first[leg + 1] - first):
+        agent = state.team[slot]
+        state.free[agent, FREE] = state.before[0, slot]
+        state.free[agent, LAST] = state.before[1, slot]
+        state.configuration[agent] = int(state.before[2, slot])
+        state.role_agent[model.slot_role[first + slot]] = int(state.before[3, slot])
+
+
+@inlined
 def place_leg(model, state, leg, key, wanted, stops, anyone, length):  # type: ignore[no-untyped-def]
     """Place a leg with its ways: (the number of steps then, its end), or (-1, the fact missing or NONE).
 
@@ -378,6 +393,7 @@ def place_leg(model, state, leg, key, wanted, stops, anyone, length):  # type: i
             before[0, slot] = free[team[slot], FREE]
             before[1, slot] = free[team[slot], LAST]
             before[2, slot] = configuration[team[slot]]
+            before[3, slot] = state.role_agent[model.slot_role[first + slot]]
         end, now, count = _attempt(model, state, leg, key, stops, length)
         if end >= 0.0:
             for slot in range(slots):
@@ -385,14 +401,9 @@ def place_leg(model, state, leg, key, wanted, stops, anyone, length):  # type: i
                 configuration[team[slot]] = model.after[
                     configuration[team[slot]], model.slot_effect[first + slot]
                 ]
+            state.logged[0] = count
             return now, end
-        for n in range(count - 1, -1, -1):
-            for column in range(COLUMNS):
-                facts[int(state.log[n, 0]), column] = state.log[n, 1 + column]
-        for slot in range(slots):
-            free[team[slot], FREE] = before[0, slot]
-            free[team[slot], LAST] = before[1, slot]
-            configuration[team[slot]] = int(before[2, slot])
+        take_back(model, state, leg, count)
         missing = int(-1.0 - end)
         holder = int(facts[missing, BY])
         if attempt > 0 or not anyone or not _may_do_itself(model, state, leg, holder):

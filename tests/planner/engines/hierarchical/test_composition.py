@@ -10,6 +10,7 @@ from planner import Fact, GroundAction, KnowledgeBase
 from planner.engines.hierarchical.composition import Composed, Composition
 from planner.engines.hierarchical.legs.stops import with_stops
 from planner.engines.hierarchical.scheduling.annealing import Schedule
+from planner.engines.hierarchical.scheduling.construction import Constructor
 from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, USELESS, decode
 from planner.engines.hierarchical.scheduling.decoder_state import decoder_state_for
 from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
@@ -152,6 +153,27 @@ def test_a_choice_counts_as_impossible_above_the_given_cost_only(four: ProblemSe
     decisive, cost, _, _ = decode(model, choice, MAKESPAN_ONLY, np.inf, state)
     assert decode(model, choice, MAKESPAN_ONLY, cost, state)[:2] == (decisive, cost)
     assert decode(model, choice, MAKESPAN_ONLY, 0.9 * decisive, state)[0] == IMPOSSIBLE
+
+
+def test_constructed_choices_can_be_scheduled_and_are_mostly_better_than_dispatched_ones(
+    knowledge_base: KnowledgeBase,
+) -> None:
+    """The best of eight, over twelve stores."""
+    better = 0
+    for seed in range(12):
+        world = ProblemSetup.of(knowledge_base, FAMILIES["mixed"](12, seed).problem(knowledge_base))
+        model = builder_of(world).model()
+        random = np.random.default_rng(seed)
+        constructor = Constructor(model)
+        constructed = [Schedule(model, constructor.choice(random), MAKESPAN_ONLY) for _ in range(8)]
+        dispatched = Schedule(model, Dispatcher(model).choice(0.0, random), MAKESPAN_ONLY)
+        assert sum(schedule.is_possible for schedule in constructed) >= 4
+        assert all(
+            sorted(schedule.choice.order) == list(range(len(schedule.choice.order)))
+            for schedule in constructed
+        )
+        better += min(schedule.merit for schedule in constructed) < dispatched.merit
+    assert better >= 9
 
 
 @pytest.mark.parametrize(("family", "samples", "seed"), [("mixed", 12, 4), ("store", 8, 3), ("store", 12, 5)])

@@ -70,7 +70,7 @@ def test_a_mended_plan_is_not_lost_when_a_better_schedule_is_found() -> None:
 
 
 def test_more_effort_gives_a_better_plan_in_the_end() -> None:
-    problem = instance("mixed", 8, 0)
+    problem = instance("full", 6, 117)
     least, *_, most = (judged(planned(problem, effort_s=effort_s), problem, BASE) for effort_s in EFFORTS_S)
     assert most.makespan_s < 0.9 * least.makespan_s
 
