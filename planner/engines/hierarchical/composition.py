@@ -10,7 +10,6 @@ from planner.engines.hierarchical.legs.stops import MAX_NEAR_STOPPING, Sequenced
 from planner.engines.hierarchical.scheduling.annealing import Annealing, Schedule
 from planner.engines.hierarchical.scheduling.construction import Constructor
 from planner.engines.hierarchical.scheduling.decoder_state import NONE
-from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, STRICT, Choice, Floats, Model, ints
 from planner.engines.hierarchical.scheduling_problem import Move, SchedulingProblemBuilder, Task
 from planner.knowledge import GroundAction
@@ -42,11 +41,15 @@ def effort(request: PlanningRequest, legs: int, choices: int) -> tuple[int, floa
     return min(trials, MAX_LEGS_DECODED // max(1, legs)), MAX_EFFORT_S
 
 
-DISPATCHED_CHOICES = 8
+CONSTRUCTED_CHOICES = 8
 ORDERED_CHOICES = 8
-"""Initial choices of the annealing: dispatched ones, then other orders."""
+"""Initial choices: constructed ones, then other orders."""
 MANY_TASKS = 48
-"""With more tasks, two of each."""
+"""With more tasks, two other orders."""
+CONSTRUCTED_LATER = 100
+"""Choices that are constructed if schedules are to be improved."""
+IN_VAIN = 4
+"""No more are constructed then once so many in a row cannot be scheduled."""
 RANDOM_CHOICES = 1000
 """Random choices, tried if no initial choice can be scheduled."""
 CONSTRUCTED_CHOICES = 8
@@ -131,7 +134,6 @@ class Composition:
                 for stops in (NEAR, NEAR | PUSH, PUSH):
                     stepping = schedule.settled._replace(stops=np.full_like(choice.stops, stops))
                     self._keep(Schedule(self._model, stepping, self._weights))
-        self._construct(CONSTRUCTED_CHOICES)
         for choice in self._at_random(0 if self._found else RANDOM_CHOICES):
             self._keep(Schedule(self._model, choice, self._weights))
         if self._found:
@@ -140,22 +142,22 @@ class Composition:
 
     def construct(self, seconds: float, go_on: Callable[[float], bool]) -> None:
         """Look for a better first schedule until the seconds are used up or `go_on(best makespan)` is False."""
-        timer = Timer(seconds, self._clock)
-        self._construct(CONSTRUCTED_LATER, lambda best_s: not timer.is_over and go_on(best_s))
-
-    def _construct(self, count: int, go_on: Callable[[float], bool] = lambda _: True) -> None:
-        if self._moves or self._like is not None:
+        if self._moves or self._like is not None or not self._found:
             return
-        constructor = Constructor(self._model)
+        timer = Timer(seconds, self._clock)
+        constructor = self._constructor()
         in_vain = 0
-        for _ in range(count):
+        for _ in range(CONSTRUCTED_LATER):
+            if in_vain == IN_VAIN or timer.is_over or not go_on(self._found[-1].makespan_s):
+                break
             schedule = Schedule(self._model, constructor.choice(self._random), self._weights)
             self._keep(schedule)
             in_vain = 0 if schedule.is_possible else in_vain + 1
-            if in_vain == IN_VAIN or not self._found or not go_on(self._found[-1].makespan_s):
-                break
-        if self._found:
-            self._choice = self._found[-1].choice
+        self._choice = self._found[-1].choice
+
+    def _constructor(self) -> Constructor:
+        tasks = range(len(self._model.task_deadline_s))
+        return Constructor(self._model, [*map(self._builder.is_final_configuration, tasks)])
 
     def _at_random(self, count: int) -> Iterator[Choice]:
         """Random orders and alternatives: things that come from both sides block each other in most orders."""
@@ -261,19 +263,17 @@ class Composition:
         return Choice.of(order, alternative)._replace(agent=agent)
 
     def _initial_choices(self) -> Iterator[Choice]:
-        """Dispatched, one task after the other, all first legs before all second ones, and at random."""
+        """Constructed, one task after the other, all first legs before all second ones, and at random."""
         model = self._model
         tasks = model.task_deadline_s.shape[0]
         legs = np.arange(tasks * model.max_legs, dtype=np.int32)
         alternative = np.zeros(tasks, np.int32)
-        postures = ints([task for task in range(tasks) if self._builder.is_final_configuration(task)])
-        last = np.isin(legs // model.max_legs, postures)
+        last = np.repeat(
+            [self._builder.is_final_configuration(task) for task in range(tasks)], model.max_legs
+        )
+        for _ in range(CONSTRUCTED_CHOICES):
+            yield self._constructor().choice(self._random)
         random = np.random.default_rng(self._seed)
-        dispatcher = Dispatcher(model)
-        for number in range(DISPATCHED_CHOICES if tasks <= MANY_TASKS else 2):
-            choice = dispatcher.choice(number * NOISE_S, random)
-            postponed = np.isin(choice.order, legs[last])
-            yield choice._replace(order=choice.order[np.argsort(postponed, kind="stable")])
         keys = [legs, legs % model.max_legs * tasks + legs // model.max_legs]
         for number in range(ORDERED_CHOICES if tasks <= MANY_TASKS else 2):
             key = keys[number] if number < len(keys) else random.permutation(len(legs))

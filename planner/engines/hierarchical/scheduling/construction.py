@@ -4,6 +4,8 @@ Each is tried on the timelines, as the decoder places it. The rule is drawn at r
 best for every problem: a greedy randomised construction (Feo and Resende 1995). Compiled (numba).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from planner.compiled import inlined, lean
@@ -28,8 +30,10 @@ DONE, PLACES, MISSING = range(3)
 class Constructor:
     """Makes choices for one model."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, comes_last: Sequence[bool] = ()) -> None:
+        """:param comes_last: of each task, if its legs are placed after those of all others."""
         self._model = model
+        self._comes_last = np.array(comes_last or [False] * len(model.task_deadline_s))
         self._state = decoder_state_for(model)
         until = np.concatenate([[0.0], np.cumsum(model.step_span_s[model.core_steps])])[model.core_first]
         last = np.repeat(model.leg_first[1:], np.diff(model.leg_first))
@@ -49,6 +53,7 @@ class Constructor:
             self._model,
             random.choice(FOR_WORK) * self._work_s + random.choice(FOR_REST) * self._rest_s,
             random.random(len(self._model.leg_first) - 1) * most_s,
+            self._comes_last,
             choice,
             self._state,
         )
@@ -63,25 +68,30 @@ def _place(model, state, leg, place, stops, length):  # type: ignore[no-untyped-
 
 
 @lean
-def _construct(model, worth_s, noise_s, choice, state):  # type: ignore[no-untyped-def]
+def _construct(model, worth_s, noise_s, comes_last, choice, state):  # type: ignore[no-untyped-def]
     """Fill in the order and the alternatives of a choice; how many legs were placed.
 
     :param worth_s: (L,) by how much later each leg may end than others.
     :param noise_s: (M,) added to when the legs of each alternative end.
+    :param comes_last: (T,) whether a task's legs are placed after those of all others.
     """
     clear(model, state)
     done = state.waiting[DONE]
     missing = state.waiting[MISSING]
     places = state.waiting[PLACES]
     tasks = choice.alternative.shape[0]
+    others = 0
     for task in range(tasks):
         done[task] = 0
         places[task] = task * model.max_legs
+        others += 0 if comes_last[task] else 1
     placed = 0
     length = 0
     ways_made = 0
     while True:
-        task, alternative = _best(model, worth_s, noise_s, choice, done, missing, length, state)
+        task, alternative = _best(
+            model, worth_s, noise_s, comes_last, others, choice, done, missing, length, state
+        )
         if task != NONE:
             choice.alternative[task] = alternative - model.task_first[task]
             place = int(task * model.max_legs + done[task])
@@ -90,6 +100,8 @@ def _construct(model, worth_s, noise_s, choice, state):  # type: ignore[no-untyp
             choice.order[placed] = place
             placed += 1
             done[task] += 1
+            if leg + 1 == model.leg_first[alternative + 1] and not comes_last[task]:
+                others -= 1
             continue
         now = make_way(model, state, choice.stops, missing[:tasks], places, length)
         ways_made += 1
@@ -99,13 +111,15 @@ def _construct(model, worth_s, noise_s, choice, state):  # type: ignore[no-untyp
 
 
 @inlined
-def _best(model, worth_s, noise_s, choice, done, missing, length, state):  # type: ignore[no-untyped-def]
+def _best(model, worth_s, noise_s, comes_last, others, choice, done, missing, length, state):  # type: ignore[no-untyped-def]
     """The task whose next leg is best, with its alternative; NONE if none can be placed."""
     best = NONE
     best_alternative = NONE
     best_s = np.inf
     for task in range(choice.alternative.shape[0]):
         missing[task] = NONE
+        if comes_last[task] and others > 0:
+            continue
         first = model.task_first[task]
         last = model.task_first[task + 1]
         if done[task] > 0:

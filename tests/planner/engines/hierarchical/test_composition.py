@@ -13,7 +13,6 @@ from planner.engines.hierarchical.scheduling.annealing import Schedule
 from planner.engines.hierarchical.scheduling.construction import Constructor
 from planner.engines.hierarchical.scheduling.decoder import IMPOSSIBLE, USELESS, decode
 from planner.engines.hierarchical.scheduling.decoder_state import decoder_state_for
-from planner.engines.hierarchical.scheduling.dispatch import Dispatcher
 from planner.engines.hierarchical.scheduling.model import AHEAD, NEAR, PUSH, Choice
 from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBuilder
 from planner.plan_nets.assembly import assemble
@@ -135,7 +134,7 @@ def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> No
     """The causes lead from the last step back to the start, and their durations add up to the makespan."""
     model = builder_of(four).model()
     state = decoder_state_for(model)
-    choice = Dispatcher(model).choice(0.0, np.random.default_rng(0))
+    choice = Constructor(model).choice(np.random.default_rng(0))
     cost, _, _, span_s = decode(model, choice, MAKESPAN_ONLY, np.inf, state)
     assert cost < IMPOSSIBLE
     step = int(state.free[np.argmax(state.free[:, 0]), 1])
@@ -149,13 +148,13 @@ def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> No
 def test_a_choice_counts_as_impossible_above_the_given_cost_only(four: ProblemSetup) -> None:
     model = builder_of(four).model()
     state = decoder_state_for(model)
-    choice = Dispatcher(model).choice(0.0, np.random.default_rng(0))
+    choice = Constructor(model).choice(np.random.default_rng(0))
     decisive, cost, _, _ = decode(model, choice, MAKESPAN_ONLY, np.inf, state)
     assert decode(model, choice, MAKESPAN_ONLY, cost, state)[:2] == (decisive, cost)
     assert decode(model, choice, MAKESPAN_ONLY, 0.9 * decisive, state)[0] == IMPOSSIBLE
 
 
-def test_constructed_choices_can_be_scheduled_and_are_mostly_better_than_dispatched_ones(
+def test_constructed_choices_can_be_scheduled_and_are_better_than_orders_at_random(
     knowledge_base: KnowledgeBase,
 ) -> None:
     """The best of eight, over twelve stores."""
@@ -165,15 +164,27 @@ def test_constructed_choices_can_be_scheduled_and_are_mostly_better_than_dispatc
         model = builder_of(world).model()
         random = np.random.default_rng(seed)
         constructor = Constructor(model)
-        constructed = [Schedule(model, constructor.choice(random), MAKESPAN_ONLY) for _ in range(8)]
-        dispatched = Schedule(model, Dispatcher(model).choice(0.0, random), MAKESPAN_ONLY)
-        assert sum(schedule.is_possible for schedule in constructed) >= 4
-        assert all(
-            sorted(schedule.choice.order) == list(range(len(schedule.choice.order)))
-            for schedule in constructed
-        )
-        better += min(schedule.merit for schedule in constructed) < dispatched.merit
-    assert better >= 9
+        constructed = [constructor.choice(random) for _ in range(8)]
+        legs = range(len(constructed[0].order))
+        assert all(sorted(choice.order) == list(legs) for choice in constructed)
+        schedules = [Schedule(model, choice, MAKESPAN_ONLY) for choice in constructed]
+        assert sum(schedule.is_possible for schedule in schedules) >= 4
+        orders = [random.permutation(legs).astype(np.int32) for _ in constructed]
+        others = [
+            Schedule(model, Choice.of(order, np.zeros(12, np.int32)), MAKESPAN_ONLY) for order in orders
+        ]
+        better += min(schedule.merit for schedule in schedules) < min(one.merit for one in others)
+    assert better >= 11
+
+
+def test_tasks_that_come_last_are_constructed_after_all_others(four: ProblemSetup) -> None:
+    model = builder_of(four).model()
+    for seed in range(10):
+        choice = Constructor(model, [False, True, False, True]).choice(np.random.default_rng(seed))
+        counts = np.diff(model.leg_first)
+        placed = [place for place in choice.order if place % model.max_legs < counts[place // model.max_legs]]
+        tasks = [place // model.max_legs for place in placed]
+        assert set(tasks[: counts[0] + counts[2]]) == {0, 2}
 
 
 @pytest.mark.parametrize(("family", "samples", "seed"), [("mixed", 12, 4), ("store", 8, 3), ("store", 12, 5)])
