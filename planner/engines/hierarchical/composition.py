@@ -127,13 +127,13 @@ class Composition:
 
     def begin(self) -> bool:
         """Find a first schedule; False if no initial choice can be scheduled."""
+        if not self._moves and self._like is None:
+            constructor = self._constructor()
+            for _ in range(CONSTRUCTED_CHOICES):
+                choice = constructor.choice(self._random)
+                self._keep_with_stops(Schedule(self._model, choice, self._weights))
         for choice in self._ordered() if self._moves else self._first_choices():
-            schedule = self._decoded(choice)
-            self._keep(schedule)
-            if schedule.is_possible:
-                for stops in (NEAR, NEAR | PUSH, PUSH):
-                    stepping = schedule.settled._replace(stops=np.full_like(choice.stops, stops))
-                    self._keep(Schedule(self._model, stepping, self._weights))
+            self._keep_with_stops(self._decoded(choice))
         for choice in self._at_random(0 if self._found else RANDOM_CHOICES):
             self._keep(Schedule(self._model, choice, self._weights))
         if self._found:
@@ -167,6 +167,14 @@ class Composition:
         for _ in range(count):
             order = random.permutation(legs).astype(np.int32)
             yield Choice.of(order, self._varied(random, model))
+
+    def _keep_with_stops(self, schedule: Schedule) -> None:
+        """Keep the schedule, or the same with all agents stopping on their ways, if it is the best so far."""
+        self._keep(schedule)
+        if schedule.is_possible:
+            for stops in (NEAR, NEAR | PUSH, PUSH):
+                stepping = schedule.settled._replace(stops=np.full_like(schedule.choice.stops, stops))
+                self._keep(Schedule(self._model, stepping, self._weights))
 
     def _keep(self, schedule: Schedule) -> None:
         if schedule.is_possible and (not self._found or schedule.merit < self._found[-1].merit):
@@ -240,7 +248,7 @@ class Composition:
         """What the plan-net to keep to does; the usual ones if there is none or it cannot be scheduled."""
         if self._like is not None:
             yield from _in_this_order(self._liked(self._like))
-        if not self._found:
+        if self._like is None or not self._found:
             yield from self._initial_choices()
 
     def _liked(self, like: PlanNet) -> Choice:
@@ -263,7 +271,7 @@ class Composition:
         return Choice.of(order, alternative)._replace(agent=agent)
 
     def _initial_choices(self) -> Iterator[Choice]:
-        """Constructed, one task after the other, all first legs before all second ones, and at random."""
+        """One task after the other, all first legs before all second ones, and at random."""
         model = self._model
         tasks = model.task_deadline_s.shape[0]
         legs = np.arange(tasks * model.max_legs, dtype=np.int32)
@@ -271,8 +279,6 @@ class Composition:
         last = np.repeat(
             [self._builder.is_final_configuration(task) for task in range(tasks)], model.max_legs
         )
-        for _ in range(CONSTRUCTED_CHOICES):
-            yield self._constructor().choice(self._random)
         random = np.random.default_rng(self._seed)
         keys = [legs, legs % model.max_legs * tasks + legs // model.max_legs]
         for number in range(ORDERED_CHOICES if tasks <= MANY_TASKS else 2):
