@@ -52,14 +52,6 @@ IN_VAIN = 4
 """No more are constructed then once so many in a row cannot be scheduled."""
 RANDOM_CHOICES = 1000
 """Random choices, tried if no initial choice can be scheduled."""
-CONSTRUCTED_CHOICES = 8
-"""… and constructed ones, …"""
-CONSTRUCTED_LATER = 100
-"""… and more of them if schedules are to be improved."""
-IN_VAIN = 4
-"""No more are constructed once so many in a row cannot be scheduled."""
-NOISE_S = 2.0
-"""Noise added to each further dispatching."""
 MAX_WIDENINGS = 64
 """Maximum number of times the model is extended because an agent must make way."""
 
