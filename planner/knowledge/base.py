@@ -208,7 +208,8 @@ class KnowledgeBase:
         }
 
     @cached_property
-    def _operators_by_tag(self) -> Mapping[str, Sequence[Operator]]:
+    def operators_by_tag(self) -> Mapping[str, Sequence[Operator]]:
+        """By plan-net action its operators."""
         found: dict[str, list[Operator]] = {}
         for op in self.operators:
             found.setdefault(op.spec.name, []).append(op)
@@ -216,17 +217,13 @@ class KnowledgeBase:
 
     def operator_of(self, action: GroundAction) -> tuple[Operator, Mapping[str, str]] | None:
         """The operator and the binding that the action is of, or the action that it is a phase of."""
-        bound = [
-            (op, binding)
-            for op in self._operators_by_tag.get(action.tag, ())
-            if (binding := binding_of(op, action.arguments)) is not None
-            and action.phase <= len(self.phases.get(op.name, ()))
-        ]
-        if len(bound) < 2:
-            return next(iter(bound), None)
         found: list[tuple[int, Operator, Mapping[str, str]]] = []
-        for op, binding in bound:
-            own = self.phases[op.name][action.phase - 1] if action.phase else op
+        for op in self.operators_by_tag.get(action.tag, ()):
+            binding = binding_of(op, action.arguments)
+            phases = self.phases.get(op.name, ())
+            if binding is None or action.phase > len(phases):
+                continue
+            own = phases[action.phase - 1] if action.phase else op
             stated = {one.ground(binding) for one in (*own.preconditions, *own.intended_effects)}
             if stated.issubset((*action.preconditions, *action.intended_effects)):
                 found.append((len(stated), op, binding))
@@ -363,9 +360,8 @@ class KnowledgeBase:
         if action not in self.actions:
             raise KnowledgeBaseError(f"unknown action {action!r}; choices: {', '.join(sorted(self.actions))}")
         misfits = []
-        for op in self.operators:
-            binding = binding_of(op, arguments) if op.spec.name == action else None
-            if binding is None:
+        for op in self.operators_by_tag[action]:
+            if (binding := binding_of(op, arguments)) is None:
                 continue
             if (wrong := self.misfit(op, binding, objects)) is not None:
                 misfits.append(wrong)

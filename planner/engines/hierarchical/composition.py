@@ -119,7 +119,7 @@ class Composition:
 
     def begin(self) -> bool:
         """Find a first schedule; False if no initial choice can be scheduled."""
-        if not self._moves and self._like is None:
+        if self._constructs:
             constructor = self._constructor()
             for _ in range(CONSTRUCTED_CHOICES):
                 choice = constructor.choice(self._random)
@@ -134,7 +134,7 @@ class Composition:
 
     def construct(self, seconds: float, go_on: Callable[[float], bool]) -> None:
         """Look for a better first schedule until the seconds are used up or `go_on(best makespan)` is False."""
-        if self._moves or self._like is not None or not self._found:
+        if not self._constructs or not self._found:
             return
         timer = Timer(seconds, self._clock)
         constructor = self._constructor()
@@ -147,9 +147,17 @@ class Composition:
             in_vain = 0 if schedule.is_possible else in_vain + 1
         self._choice = self._found[-1].choice
 
+    @property
+    def _constructs(self) -> bool:
+        """False if the order to begin with is known."""
+        return not self._moves and self._like is None
+
     def _constructor(self) -> Constructor:
-        tasks = range(len(self._model.task_deadline_s))
-        return Constructor(self._model, [*map(self._builder.is_final_configuration, tasks)])
+        return Constructor(self._model, self._comes_last())
+
+    def _comes_last(self) -> list[bool]:
+        """Of each task, whether it is carried out after the others."""
+        return [*map(self._builder.is_final_configuration, range(len(self._model.task_deadline_s)))]
 
     def _at_random(self, count: int) -> Iterator[Choice]:
         """Random orders and alternatives: things that come from both sides block each other in most orders."""
@@ -268,9 +276,7 @@ class Composition:
         tasks = model.task_deadline_s.shape[0]
         legs = np.arange(tasks * model.max_legs, dtype=np.int32)
         alternative = np.zeros(tasks, np.int32)
-        last = np.repeat(
-            [self._builder.is_final_configuration(task) for task in range(tasks)], model.max_legs
-        )
+        last = np.repeat(self._comes_last(), model.max_legs)
         random = np.random.default_rng(self._seed)
         keys = [legs, legs % model.max_legs * tasks + legs // model.max_legs]
         for number in range(ORDERED_CHOICES if tasks <= MANY_TASKS else 2):

@@ -157,9 +157,7 @@ class Stops:
         base = self.classified.knowledge_base
         problem = self.classified.problem
         wanted = {name: names.get(value, value) for name, value in action.arguments.items()}
-        for op in base.operators:
-            if op.spec.name != action.tag:
-                continue
+        for op in base.operators_by_tag.get(action.tag, ()):
             binding = binding_of(op, {**wanted, **op.chosen} if facts is not None else wanted)
             if binding is None or base.misfit(op, binding, problem.objects) is not None:
                 continue

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner.compiled import inlined, lean
-from planner.engines.hierarchical.scheduling.decoder import clear, make_way
+from planner.engines.hierarchical.scheduling.decoder import LEGS, PLACES, WAITS_FOR, clear, make_way
 from planner.engines.hierarchical.scheduling.decoder_state import NONE, decoder_state_for
 from planner.engines.hierarchical.scheduling.model import NEAR, PUSH, Choice, Floats, Model
 from planner.engines.hierarchical.scheduling.placement import place_leg, take_back
@@ -23,8 +23,9 @@ LEAST_NOISE_S, MOST_NOISE_S = 5.0, 100.0
 STOPS = (0, NEAR, PUSH, NEAR | PUSH)
 """Where all agents stop on their ways."""
 
-DONE, PLACES, MISSING = range(3)
-"""Rows of the state's `waiting` here: by task, the legs placed, its first place, the fact that its next leg lacks."""
+DONE = LEGS
+"""The state's `waiting` is by task here: in this row how many legs are placed, in the others what its next leg is and
+waits for."""
 
 
 class Constructor:
@@ -77,7 +78,7 @@ def _construct(model, worth_s, noise_s, comes_last, choice, state):  # type: ign
     """
     clear(model, state)
     done = state.waiting[DONE]
-    missing = state.waiting[MISSING]
+    waits_for = state.waiting[WAITS_FOR]
     places = state.waiting[PLACES]
     tasks = choice.alternative.shape[0]
     others = 0
@@ -90,7 +91,7 @@ def _construct(model, worth_s, noise_s, comes_last, choice, state):  # type: ign
     ways_made = 0
     while True:
         task, alternative = _best(
-            model, worth_s, noise_s, comes_last, others, choice, done, missing, length, state
+            model, worth_s, noise_s, comes_last, others, choice, done, waits_for, length, state
         )
         if task != NONE:
             choice.alternative[task] = alternative - model.task_first[task]
@@ -103,7 +104,7 @@ def _construct(model, worth_s, noise_s, comes_last, choice, state):  # type: ign
             if leg + 1 == model.leg_first[alternative + 1] and not comes_last[task]:
                 others -= 1
             continue
-        now = make_way(model, state, choice.stops, missing[:tasks], places, length)
+        now = make_way(model, state, choice.stops, waits_for[:tasks], places, length)
         ways_made += 1
         if now < 0 or ways_made > 2 * tasks:
             return placed
@@ -111,13 +112,13 @@ def _construct(model, worth_s, noise_s, comes_last, choice, state):  # type: ign
 
 
 @inlined
-def _best(model, worth_s, noise_s, comes_last, others, choice, done, missing, length, state):  # type: ignore[no-untyped-def]
+def _best(model, worth_s, noise_s, comes_last, others, choice, done, waits_for, length, state):  # type: ignore[no-untyped-def]
     """The task whose next leg is best, with its alternative; NONE if none can be placed."""
     best = NONE
     best_alternative = NONE
     best_s = np.inf
     for task in range(choice.alternative.shape[0]):
-        missing[task] = NONE
+        waits_for[task] = NONE
         if comes_last[task] and others > 0:
             continue
         first = model.task_first[task]
@@ -132,9 +133,9 @@ def _best(model, worth_s, noise_s, comes_last, others, choice, done, missing, le
                 continue
             now, end = _place(model, state, leg, place, choice.stops[place], int(length))
             if now < 0:
-                missing[task] = int(end)
+                waits_for[task] = int(end)
                 continue
-            take_back(model, state, leg, state.logged[0])
+            take_back(model, state, leg)
             if end + noise_s[alternative] - worth_s[leg] < best_s:
                 best = task
                 best_alternative = alternative

@@ -26,7 +26,7 @@ class DecoderState(NamedTuple):
     role_agent: Ints  # (roles,) who plays each role
     ends: Floats  # (T,) seconds
     log: Floats  # (max_touched_facts, 1 + 8) facts and their rows before, to take back a leg
-    logged: Ints  # (1,) of them, those of the leg placed last
+    logged: Ints  # (1,) of them, those of the leg placed or tried last
     before: Floats  # (4, MAX_AGENTS) the team's times, steps, configurations and roles before the leg
     team: Ints  # (MAX_AGENTS,) of the leg being placed
     steps: Ints  # (max_steps,) in the order they were placed

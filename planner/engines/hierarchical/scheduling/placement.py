@@ -356,10 +356,10 @@ def _may_do_itself(model, state, leg, holder):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def take_back(model, state, leg, count):  # type: ignore[no-untyped-def]
-    """Undo the placing of a leg, the last one that was placed; `count`: how many facts were logged for it."""
+def take_back(model, state, leg):  # type: ignore[no-untyped-def]
+    """Undo the placing of a leg, the last one that was placed or tried."""
     first = model.slot_first[leg]
-    for n in range(count - 1, -1, -1):
+    for n in range(state.logged[0] - 1, -1, -1):
         for column in range(COLUMNS):
             state.facts[int(state.log[n, 0]), column] = state.log[n, 1 + column]
     for slot in range(model.slot_first[leg + 1] - first):
@@ -394,16 +394,15 @@ def place_leg(model, state, leg, key, wanted, stops, anyone, length):  # type: i
             before[1, slot] = free[team[slot], LAST]
             before[2, slot] = configuration[team[slot]]
             before[3, slot] = state.role_agent[model.slot_role[first + slot]]
-        end, now, count = _attempt(model, state, leg, key, stops, length)
+        end, now, state.logged[0] = _attempt(model, state, leg, key, stops, length)
         if end >= 0.0:
             for slot in range(slots):
                 state.role_agent[model.slot_role[first + slot]] = team[slot]
                 configuration[team[slot]] = model.after[
                     configuration[team[slot]], model.slot_effect[first + slot]
                 ]
-            state.logged[0] = count
             return now, end
-        take_back(model, state, leg, count)
+        take_back(model, state, leg)
         missing = int(-1.0 - end)
         holder = int(facts[missing, BY])
         if attempt > 0 or not anyone or not _may_do_itself(model, state, leg, holder):
