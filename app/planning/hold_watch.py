@@ -4,6 +4,7 @@ import threading
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
@@ -11,7 +12,7 @@ from app.domain.errors import Busy, Conflict, Invalid, NotFound
 from app.domain.events import HoldFactLost, HoldFactRestored, HoldRestoring
 from app.domain.goal_language.kept_facts import HoldFact, achieves
 from app.domain.kept_record import KeptRecord, LostFact
-from app.domain.lifecycles.goal import GoalState
+from app.domain.lifecycles.goal import UNDECIDED, GoalState
 from app.domain.lifecycles.hold import HoldState
 from app.planning.goal_service import GoalRequest, GoalService
 from app.store import GoalRow, HoldRow
@@ -45,10 +46,12 @@ class HoldWatch:
         changed.clear()
         try:
             ids = self._none_stand.read(world, lambda: self._keeping_facts(world))
-            for hold_id, lost in self._note(world, ids) if ids and self._has_news(ids) else ():
-                self._withdraw(hold_id, lost)
+            if ids and self._has_news(ids):
+                self._note(world, ids)
             for hold_id, lost in self._unanswered(ids):
                 self._restore(world, hold_id, lost)
+            for goal in self._unneeded(world, ids):
+                self._withdraw(goal)
         except BaseException:  # the database is away; the next call tries again
             changed.set()
             raise
@@ -86,9 +89,8 @@ class HoldWatch:
             found |= {fact for fact in facts_of(row) if any(achieves(goal, fact, world) for goal in goals)}
         return found
 
-    def _note(self, world: str, ids: Sequence[str]) -> Sequence[tuple[str, LostFact]]:
-        """Bring the records up to date; what is true again, with its holds."""
-        restored: list[tuple[str, LostFact]] = []
+    def _note(self, world: str, ids: Sequence[str]) -> None:
+        """Bring the records up to date, and tell what has changed."""
         with self._database.write() as session:
             self._facts.lock(session, world)
             for hold_id in ids:
@@ -98,15 +100,6 @@ class HoldWatch:
                     after = self._observed(session, row)
                     _set_record(row, after)
                     self._tell(session, row, before, after)
-                    lost = {one.fact for one in after.lost}
-                    restored.extend((row.id, one) for one in before.lost if one.fact not in lost)
-        return restored
-
-    def _withdraw(self, hold_id: str, restored: LostFact) -> None:
-        """Cancel a goal that was to restore what is true again by itself, unless it has begun or is over."""
-        if restored.goal is not None:
-            with suppress(Conflict, NotFound):
-                self._goals.cancel(restored.goal, actor=hold_id, comment=f"{restored.fact} is true again")
 
     def _tell(self, session: Session, row: HoldRow, before: KeptRecord, after: KeptRecord) -> None:
         known = {one.fact for one in before.lost}
@@ -130,6 +123,26 @@ class HoldWatch:
                 for lost in record_of(row).lost
                 if row.state == HoldState.HELD and lost.is_unanswered
             ]
+
+    def _unneeded(self, world: str, ids: Sequence[str]) -> Sequence[GoalRow]:
+        """The goals submitted for these holds that are not carried out yet, and whose facts are true again.
+
+        Found by what is recorded: a withdrawal that a failure cut off is made up for by the next call.
+        """
+        if not ids:
+            return ()
+        with self._database.read() as session:
+            rows = [row for hold_id in ids if (row := session.get(HoldRow, hold_id)) is not None]
+            needed = {lost.goal for row in rows for lost in record_of(row).lost}
+            submitted = select(GoalRow).where(
+                GoalRow.world == world, GoalRow.state.in_(UNDECIDED), GoalRow.created_by.in_(ids)
+            )
+            return [goal for goal in session.scalars(submitted) if goal.id not in needed]
+
+    def _withdraw(self, goal: GoalRow) -> None:
+        """Cancel a goal that was to restore what is true again by itself, unless it has begun or is over since."""
+        with suppress(Conflict, NotFound):
+            self._goals.cancel(goal.id, actor=goal.created_by, comment=f"{goal.text} is true again")
 
     def _restore(self, world: str, hold_id: str, lost: LostFact) -> None:
         """Submit a goal that brings the fact about again, as the goal that states the hold is approved.

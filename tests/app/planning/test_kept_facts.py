@@ -5,8 +5,10 @@ from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
+from sqlalchemy.exc import OperationalError
 
 from app.composition import Service
+from app.store import GoalRow
 from tests.app.fake_robots import FakeTeam
 from tests.app.planning.test_holds import HOLDS, approve, correct, end, refusal, standing, state
 from tests.databases import ON_BOTH
@@ -23,6 +25,14 @@ def facts_of(goal: dict[str, Any]) -> list[str]:
 
 def told(service: Service, kind: str) -> list[dict[str, Any]]:
     return [event.data for event in service.events.since(0) if event.type == kind]
+
+
+def lose(api: TestClient) -> str:
+    """Put sample_2 elsewhere; the goal that is to bring it back."""
+    correct(api, "in", "sample_2", "bay_3")
+    until(lambda: [one["goal"] for one in standing(api)[0]["lost"]] not in ([], [None]))
+    goal: str = standing(api)[0]["lost"][0]["goal"]
+    return goal
 
 
 @ON_BOTH
@@ -153,12 +163,11 @@ def test_a_goal_that_restores_is_approved_by_itself_only_if_the_stating_goal_was
 
 
 def test_a_goal_is_withdrawn_once_not_needed_and_what_cannot_be_restored_is_told_and_tried_again(
-    api: TestClient, service: Service
+    api: TestClient, service: Service, follow: Follow
 ) -> None:
     state(api, NOTICE)
-    correct(api, "in", "sample_2", "bay_3")
-    until(lambda: [one["goal"] for one in standing(api)[0]["lost"]] not in ([], [None]))
-    goal = standing(api)[0]["lost"][0]["goal"]
+    goal = lose(api)
+    follow(f"/v1/goals/{goal}", "planned")  # while it is planned it may also end by itself: true already
     correct(api, "in", "sample_2", "bay_2")
     until(lambda: standing(api)[0]["lost"] == [])
     until(lambda: api.get(f"/v1/goals/{goal}").json()["outcome"] == "cancelled")
@@ -172,6 +181,26 @@ def test_a_goal_is_withdrawn_once_not_needed_and_what_cannot_be_restored_is_told
     api.put("/v1/worlds/sample_store/facts", json={"facts": facts}).raise_for_status()
     until(lambda: [one["goal"] for one in standing(api)[0]["lost"]] not in ([], [None]))
     assert [one["goal"] is None for one in told(service, "hold.restoring")] == [False, True, False]
+
+
+def test_a_withdrawal_that_fails_is_made_up_for(
+    api: TestClient, service: Service, follow: Follow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    state(api, NOTICE)
+    goal = lose(api)
+    follow(f"/v1/goals/{goal}", "planned")
+    cancel = service.goals.cancel
+    failures = iter([OperationalError("UPDATE goals", {}, Exception("database is locked"))])
+
+    def fail_once(*args: Any, **options: Any) -> GoalRow:
+        for failure in failures:
+            raise failure
+        return cancel(*args, **options)
+
+    monkeypatch.setattr(service.goals, "cancel", fail_once)
+    correct(api, "in", "sample_2", "bay_2")
+    assert follow(f"/v1/goals/{goal}", "withdrawn")["outcome"] == "cancelled"
+    assert next(failures, None) is None
 
 
 def test_holds_of_places_and_of_facts_are_stated_together_and_alone(api: TestClient) -> None:
