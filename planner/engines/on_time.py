@@ -125,14 +125,15 @@ class OnTimeEngine(WrappingEngine):
         try:
             sequence = [ground_again(action, whole, self._base) for action in linearisation(plan_net)]
             timed = complete_plan_net(sequence, whole, self._base, StaticFacts(self._base, whole))
-            if isinstance(timed, PlanNet):
-                timed = Replenishment(whole, self._base).supplied(timed)
-            if isinstance(timed, str):
+            supplied = (
+                Replenishment(whole, self._base).supplied(timed) if isinstance(timed, PlanNet) else None
+            )
+            if not isinstance(supplied, PlanNet):
                 return None
-            confirm(timed, whole, self._base)
+            confirm(supplied, whole, self._base)
         except (InvalidPlan, KnowledgeBaseError):
             return None
-        return timed
+        return supplied
 
 
 class _Choice:

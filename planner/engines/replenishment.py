@@ -8,7 +8,7 @@ that the engine's lower bound and its proofs that there is no plan hold for the 
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import islice
 
 from planner.engines.peripherals import attend
@@ -68,37 +68,72 @@ class ReplenishingEngine(WrappingEngine):
         relay.is_first = False
         supplied = replenishment.supplied(plan_net)
         found = [supplied] if isinstance(supplied, PlanNet) else []
-        for fewer in self._without_some(plan_net, problem):
-            other = planner.plan_if_time(fewer)
-            if other is None:
-                break
-            # Completed again, as who else would qualify is told of the whole problem.
-            whole = None if other.plan_net is None else replenishment.completed(other.plan_net.actions)
-            made = None if whole is None else replenishment.supplied(replenishment.sized(whole))
-            found += [made] if isinstance(made, PlanNet) else []
+        found += self._without_some(plan_net, problem, planner, replenishment, supplied)
         planning_s = round(planner.timer.elapsed_s, 4)
-        if not found:
+        if isinstance(supplied, Outside) and not found:
             return replace(
                 answer,
                 status=PlanningStatus.NOT_FOUND,
                 plan_net=None,
-                reason=str(supplied),
+                reason=supplied.why,
                 planning_s=planning_s,
             )
         best = min(found, key=lambda one: (one.late_s, *merit(one, request.objective)))
         confirm(best, problem, self._base)
         return replace(answer, plan_net=best, planning_s=planning_s)
 
-    def _without_some(self, plan_net: PlanNet, problem: PlanningProblem) -> Iterator[PlanningProblem]:
-        """The problem without each of the robots whose numbers run out, and without all of them."""
+    def _without_some(
+        self,
+        plan_net: PlanNet,
+        problem: PlanningProblem,
+        planner: TimeLimitedEngine,
+        replenishment: "Replenishment",
+        supplied: "PlanNet | Outside",
+    ) -> Iterator[PlanNet]:
+        """Plan-nets without the robot whose number cannot be kept, again and again while there is one; without all the
+        robots whose numbers run out in this one, and without each of them.
+
+        :param supplied: what became of the plan-net.
+        """
         agents = set(plan_net.robots)
         outside = _outside(plan_net, problem, self._base)
         short = sorted({arg for course, _ in outside for arg in course.term[1] if arg in agents})
         statics = StaticFacts(self._base, problem)
+        waiting = [frozenset({robot}) for robot in short[:MAX_WITHOUT]]
         if len(short) > 1:
-            yield statics.without(short)
-        for robot in short[:MAX_WITHOUT]:
-            yield statics.without({robot})
+            waiting.insert(0, frozenset(short))
+        tries = len(waiting)
+        if isinstance(supplied, Outside):
+            waiting.insert(0, supplied.robots)
+            tries += MAX_WITHOUT
+        tried: set[frozenset[str]] = set()
+        while waiting and len(tried) < tries:
+            robots = waiting.pop(0)
+            if robots in tried:
+                continue
+            tried.add(robots)
+            other = planner.plan_if_time(statics.without(robots))
+            if other is None:
+                break
+            # Completed again, as who else would qualify is told of the whole problem.
+            whole = None if other.plan_net is None else replenishment.completed(other.plan_net.actions)
+            made = None if whole is None else replenishment.supplied(replenishment.sized(whole))
+            if isinstance(made, PlanNet):
+                yield made
+            elif made is not None:
+                waiting.insert(0, robots | made.robots)
+
+
+@dataclass(frozen=True, slots=True)
+class Outside:
+    """A number that is not kept.
+
+    :param robots: those that it is about.
+    :param why: in words.
+    """
+
+    robots: frozenset[str]
+    why: str
 
 
 class Replenishment:
@@ -146,24 +181,28 @@ class Replenishment:
         known = [bound for bound in (spec.kept[end], spec.range[end]) if bound is not None]
         return known[0] if known else 0.0
 
-    def supplied(self, plan_net: PlanNet) -> PlanNet | str:
-        """The plan-net with such actions where numbers would leave their limits; or, in words, where one does.
+    def supplied(self, plan_net: PlanNet) -> PlanNet | Outside:
+        """The plan-net with such actions where numbers would leave their limits; or what remains outside of them.
 
         :raises InvalidPlan: if the plan-net is none of the problem.
         """
         plan_net = self._trimmed(plan_net)
-        reason = ""
+        found = next(_outside(plan_net, self._problem, self._base), None)
         for _ in range(MAX_ROUNDS):
-            found = next(_outside(plan_net, self._problem, self._base), None)
             if found is None:
-                return self.with_levels(plan_net)
-            reason = why_outside(*found, plan_net.actions, self._base)
+                break
             options = (option(plan_net, *found) for option in (self._lengthened, self._inserted))
             better = next((one for one in options if one and self._is_better(one, found[0])), None)
             if better is None:
                 break
             plan_net = better
-        return reason
+            found = next(_outside(plan_net, self._problem, self._base), None)
+        if found is None:
+            return self.with_levels(plan_net)
+        return Outside(
+            frozenset(self._statics.robots).intersection(found[0].term[1]),
+            why_outside(*found, plan_net.actions, self._base),
+        )
 
     def _is_better(self, plan_net: PlanNet, course: Course) -> bool:
         """Whether the number of the course is less far outside of its limits in this plan-net, in all."""
@@ -245,11 +284,13 @@ class Replenishment:
         assert self._planner is not None
         for visit in self._visits(course.term):
             for place in self._places(sequence, visit.agents[0], point.action):
-                if self._planner.is_over:
-                    return
-                made = self._with_visit(sequence, place, visit, course.term, ways)
-                if made is not None:
-                    yield made
+                for order, there in self._openings(sequence, place, visit):
+                    if self._planner.is_over:
+                        return
+                    made = self._with_visit(order, there, visit, course.term, ways)
+                    if made is not None:
+                        yield made
+                        break
 
     def _with_visit(
         self, sequence: Sequence[GroundAction], place: int, visit: GroundAction, term: Term, ways: _Ways
@@ -360,6 +401,49 @@ class Replenishment:
                 following = next((one for one in sequence[place:] if robot in one.agents), None)
                 if following is None or (following.follows is None and not following.under_way):
                     yield place
+
+    def _openings(
+        self, sequence: Sequence[GroundAction], place: int, visit: GroundAction
+    ) -> Iterator[tuple[Sequence[GroundAction], int]]:
+        """The sequence and the place; then those where it comes before what others do where the robot is to go, or
+        after that, with what the robot does from the place on put off: a charger may be shared."""
+        yield sequence, place
+        robot = visit.agents[0]
+        where = self._problem.objects.keys() & set(visit.arguments.values()) - {robot}
+        theirs = [
+            index
+            for index, action in enumerate(sequence)
+            if robot not in action.agents and not where.isdisjoint(action.arguments.values())
+        ]
+        own = max((index for index in range(place) if robot in sequence[index].agents), default=-1)
+        for index in reversed(theirs):
+            if own < index < place and sequence[index].follows is None:
+                yield sequence, index
+        for index in theirs:
+            if index >= place:
+                soon, later = self._put_off(sequence[place : index + 1], robot)
+                if sequence[index] in later:
+                    return
+                yield [*sequence[:place], *soon, *later, *sequence[index + 1 :]], place + len(soon)
+
+    def _put_off(
+        self, actions: Sequence[GroundAction], robot: str
+    ) -> tuple[list[GroundAction], list[GroundAction]]:
+        """Of actions in order those that can do without the robot's, and the robot's with those that cannot."""
+        soon: list[GroundAction] = []
+        later: list[GroundAction] = []
+        for action in actions:
+            waits = robot in action.agents or any(self._are_ordered(one, action) for one in later)
+            (later if waits else soon).append(action)
+        return soon, later
+
+    def _are_ordered(self, one: GroundAction, other: GroundAction) -> bool:
+        """Whether either changes what the other needs or changes."""
+        changed = [{*action.effects, *action.deletes} for action in (one, other)]
+        touched = [
+            {*action.preconditions, *changes} for action, changes in zip((one, other), changed, strict=True)
+        ]
+        return not (changed[0].isdisjoint(touched[1]) and changed[1].isdisjoint(touched[0]))
 
     def _visits(self, term: Term) -> Iterator[GroundAction]:
         """The actions that are there for the number, as short as they can be."""

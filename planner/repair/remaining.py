@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 from planner.engines.peripherals import attend
 from planner.engines.plan_net_completion import complete_plan_net, confirm
-from planner.engines.replenishment import Replenishment
+from planner.engines.replenishment import Outside, Replenishment
 from planner.errors import InvalidPlan, KnowledgeBaseError, UnknownAction
 from planner.explanation.legs import barred_actions
 from planner.fact import Fact
@@ -105,7 +105,7 @@ class Remaining:
             return plan_net
         replenishment = Replenishment(problem, self.knowledge_base)
         supplied = replenishment.supplied(replenishment.sized(plan_net))
-        return supplied if isinstance(supplied, str) else self._refused(supplied) or supplied
+        return supplied.why if isinstance(supplied, Outside) else self._refused(supplied) or supplied
 
     def _refused(self, plan_net: PlanNet) -> str:
         """Why a valid plan-net cannot be used; empty if it can."""

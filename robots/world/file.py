@@ -249,6 +249,15 @@ class WorldFile(Checked):
             if area.contains(place.at) and (place.kind != "home" or place.name == robot.home)
         )
 
+    def chargers_of(self, robot: RobotSpec) -> tuple[Location, ...]:
+        """Where the robot is charged, one robot at a time: its home, and the chargers that it reaches."""
+        area = self.area_of(robot)
+        return tuple(
+            place
+            for place in self.locations
+            if place.name == robot.home or (place.kind == "charger" and area.contains(place.at))
+        )
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         aisles = [aisle for compartment in self.compartments for aisle in compartment.aisles]
@@ -312,6 +321,8 @@ class WorldFile(Checked):
                 raise ValueError(f"locations.{location.name} at {location.at} lies in no compartment")
             if location.kind == "home" and location.capacity > 1:
                 raise ValueError(f"locations.{location.name}: a home has no berths, capacity must be 0 or 1")
+            if location.kind == "charger" and location.capacity > 0:
+                raise ValueError(f"locations.{location.name}: a charger holds no samples, capacity must be 0")
         for wall in self.walls:
             for opening in wall.openings:
                 if opening.at_m + opening.width_m / 2 > wall.length_m:

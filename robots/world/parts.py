@@ -105,12 +105,13 @@ class Location(Checked):
     """A named place on the floor with an infra-red beacon above it.
 
     `approach_deg` are the directions in which the beacon emits: a robot docks from there. `capacity` is how many
-    samples may lie there (a home has 0). With room for several it is a row of berths around `at`, side by side as seen
-    from the first of `approach_deg`, `berth_pitch_m` apart (default: as far as there is room).
+    samples may lie there: none at a home or at a `charger`, where any robot that reaches it is charged, one at a time.
+    With room for several it is a row of berths around `at`, side by side as seen from the first of `approach_deg`,
+    `berth_pitch_m` apart (default: as far as there is room).
     """
 
     name: Name
-    kind: Literal["door", "interchange", "bay", "rack", "dock", "home", "lander", "place"]
+    kind: Literal["door", "interchange", "bay", "rack", "dock", "home", "charger", "lander", "place"]
     at: Point
     approach_deg: tuple[float, ...] = Field(min_length=1)
     capacity: int = Field(default=1, ge=0, le=100)

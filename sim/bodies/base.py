@@ -122,9 +122,9 @@ class SimulatedBody(ABC):
         if taken := {name: self._cameras[name].take() for name in self._cameras.keys() & self.running}:
             self._readings = replace(self._readings, images=taken)
 
-    def drain_battery(self, step_s: float, *, at_home: bool) -> None:
+    def drain_battery(self, step_s: float, *, at_charger: bool) -> None:
         """Account for the energy of a step."""
-        self.battery.advance(step_s, running=self.running, driven=self.driven, at_home=at_home)
+        self.battery.advance(step_s, running=self.running, driven=self.driven, at_charger=at_charger)
 
 
 def clip(value: float, limit: float) -> float:

@@ -5,7 +5,7 @@ Bit-identical for the same file, seed and messages, and for the same snapshot an
 
 import uuid
 from collections.abc import Callable, Mapping, Sequence
-from math import dist, hypot
+from math import hypot
 
 import numpy as np
 
@@ -28,14 +28,12 @@ from sim.snapshot import SampleState, StreamState, WorldSnapshot
 from sim.truth import SampleTruth, Truth, place_at
 from sim.world.agent import Agent, AgentFactory, AgentSetup, TakesMinds
 from sim.world.agent_group import AgentGroup, LocalGroup, RemoteGroup
+from sim.world.chargers import Chargers
 from sim.world.foreign import ForeignRobots
 from sim.world.hub import Hub
 from sim.world.peripherals import Peripherals
 from sim.world.placement import Placement
 from sim.world.radio import peers_of, radios_of
-
-CHARGING_RANGE_M = 1.1
-"""Distance from its home's beacon within which a rover can be charged: by its approach point."""
 
 
 class Simulation:
@@ -140,7 +138,7 @@ class Simulation:
         }
         for name, body in self.bodies.items():
             self._exchangeable[name].body = body
-        self._homes = {spec.name: world.location(spec.home).at for spec in world.simulated if spec.home}
+        self._chargers = Chargers(world)
         self._touched: set[str] = set()
         if snapshot is not None:
             self._restore(snapshot)
@@ -401,12 +399,9 @@ class Simulation:
 
     def _drain_batteries(self) -> None:
         """Account for the energy since the last control tick."""
+        at_charger = self._chargers.serve(self.bodies, self.scene)
         for name, body in self.bodies.items():
-            pose = self.scene.pose(name)
-            at_home = (
-                name in self._homes and dist(self._homes[name], (pose.x_m, pose.y_m)) <= CHARGING_RANGE_M
-            )
-            body.drain_battery(CONTROL_S, at_home=at_home)
+            body.drain_battery(CONTROL_S, at_charger=name in at_charger)
 
     def _note_touches(self) -> None:
         """Bumpers latch a touch until they are read."""

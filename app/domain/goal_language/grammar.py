@@ -358,6 +358,8 @@ class _Reader:
                 return self.names.lying_place(bound[call.variables[0]])
             case Function.PARKING_OF:
                 return self.names.parking_of(bound[call.variables[0]])
+            case Function.CHARGER_OF:
+                return self.names.charger_of(bound[call.variables[0]])
             case Function.KNOWN:
                 predicate, *first = call.filled(bound)
                 return self.names.known(predicate, first)

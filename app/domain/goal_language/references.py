@@ -383,11 +383,11 @@ class References:
         home = self.world.robot(robot).home
         if home is not None:
             return home
-        stands = {f.args[2] for f in self.facts if f.predicate == ROBOT_POSITION and f.args[0] != robot}
         reached = self.reached_by(robot)
+        taken = self._taken_for(robot)
         for kind in PARKING_KINDS:
             for place in reached:
-                if self.world.location(place).kind == kind and place not in {*stands, *self.applied.avoided}:
+                if self.world.location(place).kind == kind and place not in taken:
                     return place
         return Clarification(
             code="place-needed",
@@ -395,6 +395,28 @@ class References:
             thing=robot,
             choices=reached,
         )
+
+    def charger_of(self, robot: str) -> str | Clarification:
+        """The robot's home; without one, a charger that it reaches and that no other robot stands at, or else any."""
+        spec = self.world.robot(robot)
+        if spec.home is not None:
+            return spec.home
+        reached = self.reached_by(robot)
+        chargers = [place.name for place in self.world.chargers_of(spec) if place.name in reached]
+        taken = self._taken_for(robot)
+        if chargers:
+            return min(chargers, key=lambda name: (name in taken, natural_key(name)))
+        return Clarification(
+            code="place-needed",
+            detail=f"{robot} has no home and reaches no charger; say where to charge it",
+            thing=robot,
+            choices=reached,
+        )
+
+    def _taken_for(self, robot: str) -> frozenset[str]:
+        """The places where others stand, and those to be avoided."""
+        stands = {f.args[2] for f in self.facts if f.predicate == ROBOT_POSITION and f.args[0] != robot}
+        return frozenset(stands) | self.applied.avoided
 
     def known(self, predicate: str, first: Sequence[str]) -> str | Clarification:
         """The last argument of the fact of the predicate that begins with these; of several, the first by name."""

@@ -59,11 +59,17 @@ class Function(StrEnum):
     """Where a sample lies."""
     PARKING_OF = "parking_of"
     """A robot's home; without one, a free parking place that it reaches."""
+    CHARGER_OF = "charger_of"
+    """Where a robot is charged: its home; without one, a charger that it reaches, a free one if there is."""
     KNOWN = "known"
     """The last argument of a known fact: `known(kept_in, ?tool)` is where the tool is kept."""
 
 
-ARGUMENT = {Function.PLACE_OF: Kind.SAMPLE, Function.PARKING_OF: Kind.ROBOT}
+ARGUMENT = {
+    Function.PLACE_OF: Kind.SAMPLE,
+    Function.PARKING_OF: Kind.ROBOT,
+    Function.CHARGER_OF: Kind.ROBOT,
+}
 """The kind of slot that each function takes."""
 
 

@@ -37,7 +37,7 @@ from planner import Fact, KnowledgeBase
 from robots.world import RobotSpec, WorldFile, ZoneRule
 
 HOME_RADIUS_M = 1.5
-"""A robot that starts no farther from its home's beacon is believed to be near home (our choice)."""
+"""A robot that starts no farther from the beacon of its home or of a charger is believed to be near it (our choice)."""
 
 
 def initial_facts(world: WorldFile, knowledge_base: KnowledgeBase) -> Facts:
@@ -84,9 +84,11 @@ def _is_used(predicate: str, world: WorldFile, knowledge_base: KnowledgeBase) ->
 
 
 def initial_spots(world: WorldFile) -> dict[str, tuple[float, float]]:
-    """The start positions of robots that start away from any home: location → (x, y) in metres."""
+    """The start positions of robots that start away from home and chargers: location → (x, y) in metres."""
     return {
-        spot_of(robot.name): robot.start[:2] for robot in world.robots if not _starts_at_home(world, robot)
+        spot_of(robot.name): robot.start[:2]
+        for robot in world.robots
+        if _charger_at_start(world, robot) is None
     }
 
 
@@ -96,8 +98,8 @@ def facts_of_robot(world: WorldFile, robot: RobotSpec, knowledge_base: Knowledge
     :raises Invalid: if it says to sense what is no predicate.
     """
     refuse_unknown_senses(robot, knowledge_base)
-    place = robot.home if robot.home and _starts_at_home(world, robot) else spot_of(robot.name)
-    yield Fact(ROBOT_POSITION, (robot.name, NEAR, place))
+    place = _charger_at_start(world, robot)
+    yield Fact(ROBOT_POSITION, (robot.name, NEAR, spot_of(robot.name) if place is None else place))
     yield Fact(ROBOT_ATTRIBUTE, (robot.name, GRIPPER, EMPTY))
     yield Fact(IN_AREA, (robot.name, world.area_of(robot).name))
     for location in world.reach_of(robot):
@@ -130,5 +132,17 @@ def gripping_tags(knowledge_base: KnowledgeBase) -> frozenset[str]:
     )
 
 
-def _starts_at_home(world: WorldFile, robot: RobotSpec) -> bool:
-    return robot.home is not None and dist(robot.start[:2], world.location(robot.home).at) <= HOME_RADIUS_M
+def _charger_at_start(world: WorldFile, robot: RobotSpec) -> str | None:
+    """The home or charger that the robot starts at; at a charger that others start at, too, it is the nearest robot."""
+    places = {place.name: dist(robot.start[:2], place.at) for place in world.chargers_of(robot)}
+    near = [place for place in places if places[place] <= HOME_RADIUS_M]
+    if robot.home in near:
+        return robot.home
+    shared = [place for place in near if _first_at(world, place) == robot.name]
+    return min(shared, key=places.__getitem__, default=None)
+
+
+def _first_at(world: WorldFile, place: str) -> str:
+    """The robot that starts nearest to the place."""
+    at = world.location(place).at
+    return min(world.robots, key=lambda robot: dist(robot.start[:2], at)).name

@@ -126,7 +126,7 @@ def planning_problem(
 
 
 def batteries_of(world: WorldFile) -> dict[tuple[str, tuple[str, ...]], float]:
-    """What robots' batteries hold in joules, and the watts that they gain at their chargers: their homes.
+    """What robots' batteries hold in joules, and the watts that they gain where they are charged.
 
     Robots with software of their own charge by themselves.
     """
@@ -138,9 +138,10 @@ def batteries_of(world: WorldFile) -> dict[tuple[str, tuple[str, ...]], float]:
         ("capacity_j", (robot.name,)): 3600 * robot.battery_wh for robot in world.robots
     }
     return held | {
-        ("charger_w", (robot.name, robot.home)): gained_w
+        ("charger_w", (robot.name, place.name)): gained_w
         for robot in world.robots
-        if robot.home is not None and not robot.external
+        if not robot.external
+        for place in world.chargers_of(robot)
     }
 
 

@@ -77,26 +77,26 @@ def test_the_battery_pays_for_what_runs_and_for_driving() -> None:
     assert share == pytest.approx(expected, rel=0.1)
 
 
-def test_a_low_battery_is_charged_at_home_until_it_is_nearly_full() -> None:
+def test_a_low_battery_is_charged_until_it_is_nearly_full() -> None:
     battery = Battery(load_powers(), capacity_wh=120)
 
-    def rest(hours: float, *, at_home: bool) -> None:
+    def rest(hours: float, *, at_charger: bool) -> None:
         for _ in range(int(hours * 360)):
-            battery.advance(10.0, running=frozenset(), driven=(0.0, 0.0), at_home=at_home)
+            battery.advance(10.0, running=frozenset(), driven=(0.0, 0.0), at_charger=at_charger)
 
-    rest(1.0, at_home=True)
+    rest(1.0, at_charger=True)
     assert not battery.charging, "nearly full"
     while battery.level > CHARGE_BELOW:
-        rest(1.0, at_home=False)
-    assert not battery.charging, "not at home"
-    rest(0.1, at_home=True)
+        rest(1.0, at_charger=False)
+    assert not battery.charging, "not at a charger"
+    rest(0.1, at_charger=True)
     assert battery.charging
-    rest(12.0, at_home=True)
+    rest(12.0, at_charger=True)
     assert not battery.charging
     assert battery.level > CHARGED - 0.2
 
 
 def test_an_empty_battery_holds_nothing_less_than_nothing() -> None:
     battery = Battery(load_powers(), capacity_wh=120)
-    battery.advance(1e9, running=ALL_SENSORS, driven=(0.5, 0.0), at_home=False)
+    battery.advance(1e9, running=ALL_SENSORS, driven=(0.5, 0.0), at_charger=False)
     assert battery.level == 0.0

@@ -120,3 +120,38 @@ def test_a_rover_at_its_charger_is_charged_without_being_asked() -> None:
     simulation = Simulation(WorldFile.model_validate(data), make_agent=behavioural_agent, seed=3)
     simulation.run_until(lambda: False, timeout_s=5)
     assert simulation.truth().batteries["yard_1"] > 0.5
+
+
+def test_a_charger_charges_one_rover_at_a_time_and_the_next_once_it_is_left() -> None:
+    """Two stand in its reach; it goes on with the one that it has begun with, whoever is named first."""
+    data = load_world("sample_store").model_dump(mode="json")
+    shared = {
+        "name": "charger_1",
+        "kind": "charger",
+        "at": [4.0, 1.8],
+        "approach_deg": [0, 180],
+        "capacity": 0,
+    }
+    data["locations"].append(shared)
+    pair = [robot for robot in data["robots"] if robot["compartment"] == "yard"]
+    for robot, x_m in zip(pair, (3.3, 4.7), strict=True):
+        robot.update(start=(x_m, 1.8, 180.0), home=None, battery=0.5, battery_wh=2.0)
+    data["robots"] = pair
+    simulation = Simulation(
+        WorldFile.model_validate(data), make_agent=behavioural_agent, seed=3, jitter_m=0.0
+    )
+
+    def charging() -> list[str]:
+        return [name for name, body in simulation.bodies.items() if body.battery.charging]
+
+    simulation.run_until(lambda: False, timeout_s=5)
+    assert charging() == ["yard_1"]
+    batteries = simulation.truth().batteries
+    assert batteries["yard_1"] > 0.5 > batteries["yard_2"]
+    operator = Operator(simulation)
+    operator.order(script("yard_1", packet("NAVIGATE", ref2="door_1")))
+    assert simulation.run_until(lambda: charging() == ["yard_2"], timeout_s=10)
+    simulation.bodies["yard_1"].battery.left_j /= 2
+    operator.order(script("yard_1", packet("RECHARGE", robot="yard_1", rel="near", ref="charger_1")))
+    simulation.run_until(lambda: False, timeout_s=20)
+    assert charging() == ["yard_2"]

@@ -11,6 +11,7 @@ const COLOURS = [
   ["door", "#dea042"],
   ["interchange", "#469b91"],
   ["home", "#a0a09e"],
+  ["charger", "#d6b83c"],
   ["beacon", "#be3c3c"],
   ["whisker that meets something", "#ce5c3c"],
 ];

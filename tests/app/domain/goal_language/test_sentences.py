@@ -14,7 +14,10 @@ from app.domain.goal_language.syntax import grammar
 from app.domain.goal_language.verbs import shipped_verbs
 from app.domain.world_model import Facts, revise_beliefs
 from benchmarks.sentence_fuzz import NOUNS, damaged, drawn_sentence, outcome
+from planner import Fact
+from robots.world import WorldFile
 from tests.app.berthed_store import berthed_store
+from tests.app.chargers import with_shared_chargers
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -434,3 +437,22 @@ ANY_TEXT = (
 def test_any_text_is_understood_or_asked_about(text: str, is_known: bool) -> None:
     facts = STORE.facts if is_known else frozenset()
     outcome(text, STORE.world, facts, STORE.base, shipped_verbs())
+
+
+def test_a_robot_without_a_home_is_charged_at_a_charger_that_it_reaches_rather_a_free_one() -> None:
+    world = with_shared_chargers(STORE.world)
+    shared = Store(world)
+    assert goals("charge store_1", shared) == ["charged(store_1, home_store_1)"]
+    assert goals("charge yard_2", shared) == ["charged(yard_2, home_yard_1)"]
+    places = [place.model_dump(mode="json") for place in world.locations]
+    places.append(
+        {"name": "charger_2", "kind": "charger", "at": [7.4, 1.8], "approach_deg": [180], "capacity": 0}
+    )
+    two = Store(WorldFile.model_validate({**world.model_dump(mode="json"), "locations": places}))
+    assert Fact("robot_position", ("yard_2", "near", "charger_2")) in two.facts
+    assert goals("charge yard_1", two) == ["charged(yard_1, home_yard_1)"], "yard_2 stands at the other one"
+    none = [place for place in places if place["kind"] != "charger"]
+    bare = Store(WorldFile.model_validate({**world.model_dump(mode="json"), "locations": none}))
+    question = understand("charge yard_1", bare.world, bare.facts, now=NOW)
+    assert isinstance(question, Clarification)
+    assert question.detail == "yard_1 has no home and reaches no charger; say where to charge it"
