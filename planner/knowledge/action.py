@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat
 
 from planner.knowledge.comparison import condition
 from planner.knowledge.literal import Literal
@@ -43,7 +43,8 @@ class ParameterSpec(Slot):
 
 class VariantSpec(Slot):
     """A variant of an action (our choice; one robot carries a compact object, two carry a long one): narrower types of
-    parameters, the size of a list of robots, literals that it has beside the action's own, and its own duration."""
+    parameters, the size of a list of robots, literals that it has beside the action's own, and its own duration and
+    waiting."""
 
     types: dict[Word, Word] = {}
     teams: dict[Word, int] = {}
@@ -52,6 +53,7 @@ class VariantSpec(Slot):
     intended_effects: tuple[str, ...] = ()
     other_effects: tuple[str, ...] = ()
     duration: Formula | None = None
+    waiting: NonNegativeFloat | None = None
 
     def literals(self, slot: str) -> tuple[Literal, ...]:
         return read_literals(slot, getattr(self, slot))
@@ -89,6 +91,7 @@ class ActionSpec(Slot):
     changes: numbers that it changes evenly while it lasts, e.g. `wear(tool) += 0.01`.
     until: the number for which it is done, and how far it is changed at most, e.g. `battery(robot) <= 0.9`. It lasts as
      long as the plan needs, at least `duration`; plans hold it where a number would leave what is to be kept.
+    waiting: what one of its robots uses a second while it waits for it, beyond rest, for the `drain` of quantities.
     """
 
     identifier: int = Field(ge=1)
@@ -107,6 +110,7 @@ class ActionSpec(Slot):
     duration: Formula
     distance: Formula = "0"
     energy: Formula = "0"
+    waiting: NonNegativeFloat = 0.0
     description: str
 
     def literals(self, slot: str, variant: VariantSpec = PLAIN) -> tuple[Literal, ...]:

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 from planner.errors import KnowledgeBaseError
 from planner.fact import Fact
 from planner.knowledge.action import ActionSpec
-from planner.knowledge.change import OWN_TERMS
+from planner.knowledge.change import OWN_TERMS, WAITING
 from planner.knowledge.comparison import Comparison, Numbers, Term
 from planner.knowledge.expression import Expression, Functions
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
@@ -181,18 +181,33 @@ class KnowledgeBase:
         limit, terms = found[0].until
         return limit, (limit.quantity, tuple(found[1][term] for term in terms))
 
-    def drain_of(self, term: Term, functions: Functions) -> float:
-        """By how much a number falls a second while no action changes it."""
+    def drain_of(self, term: Term, functions: Functions, action: GroundAction) -> float:
+        """By how much a number falls a second while no action changes it, before this one does."""
         quantity, args = term
         binding = dict(zip(self.quantities[quantity].arguments, args, strict=True))
-        return self._drains[quantity].value(binding, functions) or 0.0
+        known: Functions = {WAITING: self._waiting_for(action)}
+        return self._drains[quantity].value(binding, functions, known) or 0.0
+
+    def _waiting_for(self, action: GroundAction) -> float:
+        """What a robot uses a second while it waits for the action, beyond rest; between phases it rests."""
+        if action.phase > 1 or action.tag not in self._waited_for:
+            return 0.0
+        found = self.operator_of(action)
+        return 0.0 if found is None else found[0].waiting
+
+    @cached_property
+    def _waited_for(self) -> frozenset[str]:
+        """The actions that some robot uses more to wait for than at rest."""
+        return frozenset(op.spec.name for op in self.operators if op.waiting)
 
     @cached_property
     def number_functions(self) -> frozenset[str]:
         """The functions that say by how much numbers change."""
         read = [amount for _, amount in self._used.values()]
         read += [*self._drains.values(), *(change.amount for op in self.operators for change in op.changes)]
-        return frozenset(name for one in read for name, _ in one.calls) - {name for name, _ in OWN_TERMS}
+        return frozenset(name for one in read for name, _ in one.calls) - {
+            name for name, _ in (*OWN_TERMS, WAITING)
+        }
 
     @cached_property
     def _drains(self) -> Mapping[str, Expression]:

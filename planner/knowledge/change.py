@@ -16,6 +16,8 @@ DISTANCE = ("distance", ())
 ENERGY = ("energy", ())
 """What one of the action's robots takes in seconds, drives in metres and uses in joules: `energy()`."""
 OWN_TERMS = (DURATION, DISTANCE, ENERGY)
+WAITING = ("waiting", ())
+"""What a robot uses a second while it waits for the action, beyond what it uses at rest: `waiting()`, in a `drain`."""
 
 _SHAPE = re.compile(r"^\s*([a-z][a-z0-9_]*)\s*\(([^()]*)\)\s*([+-])=\s*(\S.*)$")
 

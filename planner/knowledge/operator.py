@@ -107,6 +107,8 @@ class Operator:
     duration: Expression
     distance: Expression
     energy: Expression
+    waiting: float
+    """What one of its agents uses a second while it waits for it, beyond what it uses at rest."""
     spans: Mapping[str, Mapping[Literal, Span]] = field(default_factory=dict)
     """By slot, when literals concern the action that say so."""
     phases_when: tuple[Literal, ...] = ()
@@ -275,6 +277,7 @@ def _operator(
         duration=Expression.parse(spec.duration if variant.duration is None else variant.duration),
         distance=Expression.parse(spec.distance),
         energy=Expression.parse(spec.energy),
+        waiting=spec.waiting if variant.waiting is None else variant.waiting,
         changes=tuple(map(NumberChange.parse, spec.changes)),
         until=read_comparison(spec.until) if spec.until else None,
         spans={slot: unusual for slot in timed if (unusual := _unusual(slot, timed[slot]))},

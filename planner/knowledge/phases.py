@@ -165,6 +165,7 @@ def phases_of(op: Operator) -> tuple[Phase, ...]:
             duration=op.duration,
             distance=op.distance,
             energy=op.energy,
+            waiting=op.waiting,
             whole=op,
             number=number,
             count=len(intervals),

@@ -20,7 +20,7 @@ from planner.knowledge.action import (
     Word,
     span_in,
 )
-from planner.knowledge.change import DISTANCE, DURATION, ENERGY, OWN_TERMS, NumberChange
+from planner.knowledge.change import DISTANCE, DURATION, ENERGY, OWN_TERMS, WAITING, NumberChange
 from planner.knowledge.comparison import Comparison, number_words, read_comparison, value_words
 from planner.knowledge.expression import DURATION_SCALE, Expression
 from planner.knowledge.literal import Literal
@@ -79,7 +79,8 @@ class QuantitySpec(Slot):
     counts: facts whose number it is, e.g. `object_position(any, in, robot)`; it cannot be set then.
     kept: the least and the greatest value that plans let it have; null: any (`planner.problem.number_courses`).
     used: by how much it falls by each action of an agent that is its one argument, e.g. `energy() / capacity_j(robot)`.
-    drain: by how much it falls a second while no action changes it, e.g. `4.5 / capacity_j(robot)`.
+    drain: by how much it falls a second while no action changes it, e.g. `(5 + waiting()) / capacity_j(robot)`; there,
+     `waiting()` is of the action that is to change it next.
     phrase: what an operator reads, e.g. `{robot}'s battery is at {value}`.
     """
 
@@ -234,7 +235,7 @@ class KnowledgeBaseFile(Slot):
         for bound in quantity.kept:
             if bound is not None and not quantity.admits(bound):
                 raise _at(f"{where}.kept", f"{name} is {quantity.range_words}, not {number_words(bound)}")
-        _check_expression(self, quantity.arguments, quantity.drain, f"{where}.drain")
+        _check_expression(self, quantity.arguments, quantity.drain, f"{where}.drain", own=(WAITING,))
         _check_expression(self, quantity.arguments, quantity.used, f"{where}.used", own=OWN_TERMS)
         if quantity.used != "0" and len(quantity.arguments) != 1:
             raise _at(f"{where}.used", f"{name} takes one argument, the agent")

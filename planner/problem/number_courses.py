@@ -1,7 +1,8 @@
 """How numbers run while a plan-net is carried out, and where they leave what plans are to keep.
 
 Actions change numbers evenly (`planner.knowledge.change`), by the plan-net's earliest starts; in between they fall by
-their `drain`. A battery thus falls by driving and by waiting for others, and rises by charging. What a robot does once
+their `drain`, which may depend on the action that is waited for. A battery thus falls by driving and by waiting for
+others, and rises by charging. What a robot does once
 its part is done, such as to charge by itself, is no part of the plan.
 """
 
@@ -102,7 +103,6 @@ def _course(
     knowledge_base: KnowledgeBase,
 ) -> Course:
     spec = knowledge_base.quantities[term[0]]
-    drain = knowledge_base.drain_of(term, problem.functions)
     value = problem.numbers[term]
     at_s = 0.0
     points: list[Point] = []
@@ -114,7 +114,8 @@ def _course(
 
     for index, whole in changes:
         action, amount = plan_net.actions[index], whole
-        value -= drain * max(action.earliest_start_s - at_s, 0.0)
+        if (waited_s := action.earliest_start_s - at_s) > 0:
+            value -= waited_s * knowledge_base.drain_of(term, problem.functions, action)
         at_s = action.earliest_start_s
         note(index)
         aim = None if action.level is None else knowledge_base.aim_of(action)

@@ -45,7 +45,9 @@ def test_what_is_no_change_is_refused_with_its_form(text: str) -> None:
             "used: charger_w(robot)",
             "quantities.battery.used: charger_w takes (robot, location)",
         ),
-        ("drain: 4.5", "drain: watts()", "quantities.battery.drain: unknown function 'watts'"),
+        ("drain: (5 + waiting())", "drain: watts()", "quantities.battery.drain: unknown function 'watts'"),
+        ("waiting: 4", "waiting: -4", "waiting: Input should be greater than or equal to 0"),
+        ("used: energy()", "used: waiting()", "quantities.battery.used: unknown function 'waiting'"),
         (
             "counts: object_position(any, in, robot)",
             "counts: object_position(any, in, robot)\n    kept: [null, 1]",

@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.world_model import planning_problem
 from planner import PlanNet, PlanningProblem, load_knowledge_base
+from planner.plan_nets.plan_net import PlanNetAction
 from planner.problem.number_courses import courses, why_outside
 from tests.app.sample_store import Store
 
@@ -13,7 +14,9 @@ BASE = load_knowledge_base()
 STORE = Store()
 NET = STORE.store_sample_1()
 CAPACITY_J = 120 * 3600
-IDLE_W = 4.5
+IDLE_W = 5.0
+LOADED_W = 9.0
+"""While it waits for a TRANSPORT: it looks whether it has to withdraw first."""
 
 
 def problem(**levels: float) -> PlanningProblem:
@@ -35,6 +38,39 @@ def test_a_battery_falls_by_what_its_robot_does_and_by_waiting() -> None:
     assert course.end == pytest.approx(0.5 - energy_j(NET, "store_2") / CAPACITY_J)
     assert [one.value for one in course.points] == sorted((one.value for one in course.points), reverse=True)
     assert list(course.outside()) == []
+
+
+def delayed(first: PlanNetAction, seconds: float) -> PlanNet:
+    """The plan-net as if its robot waited so long for the action."""
+    later = {
+        one.id for one in NET.of_robot(first.agents[0]) if one.earliest_start_s >= first.earliest_start_s
+    }
+    actions = [
+        replace(one, earliest_start_s=one.earliest_start_s + seconds * (one.id in later))
+        for one in NET.actions
+    ]
+    return replace(NET, actions=tuple(actions))
+
+
+@pytest.mark.parametrize(
+    ("tag", "watts"), [("NAVIGATE", IDLE_W), ("DOCK", IDLE_W), ("TRANSPORT", LOADED_W), ("RELEASE2", IDLE_W)]
+)
+def test_waiting_drains_a_battery_by_what_the_robot_waits_for(tag: str, watts: float) -> None:
+    (awaited,) = [one for one in NET.of_robot("yard_1") if one.tag == tag]
+    (soon,) = courses(NET, problem(yard_1=0.5), BASE)
+    (late,) = courses(delayed(awaited, 300.0), problem(yard_1=0.5), BASE)
+    assert (soon.end - late.end) * CAPACITY_J == pytest.approx(300.0 * watts)
+
+
+def test_only_the_first_phase_of_an_action_is_waited_for_as_the_whole_is() -> None:
+    whole = next(one for one in NET.actions if one.tag == "TRANSPORT").unscheduled()
+    term = ("battery", whole.agents)
+    phases = [phase for number in (1, 2, 3) if (phase := BASE.phase_of(whole, number)) is not None]
+    capacity = {("capacity_j", whole.agents): 1.0}
+    assert [BASE.drain_of(term, capacity, one) for one in (whole, *phases)] == [
+        *(LOADED_W, LOADED_W),
+        *(IDLE_W, IDLE_W),
+    ]
 
 
 def test_robots_that_do_nothing_and_unknown_batteries_have_no_course() -> None:
