@@ -56,11 +56,16 @@ class Run:
         )
 
 
-def store(seed: int, *, goals: int, battery_wh: float) -> WorldFile:
-    """A store whose robots have small batteries that begin at random levels."""
+def store(seed: int, *, goals: int, battery_wh: float, shared: bool) -> WorldFile:
+    """A store whose robots have small batteries that begin at random levels.
+
+    :param shared: the robots of an area share a charger: three in the yard.
+    """
     chance = random.Random(seed)
-    shape = store_shape(samples=goals, aisles=2, store_robots=2, yard_robots=2, doors=4, bays=6 * goals)
-    world = generate_world(shape, seed=seed)
+    shape = store_shape(
+        samples=goals, aisles=2, store_robots=2, yard_robots=2 + shared, doors=4, bays=6 * goals
+    )
+    world = generate_world(shape, seed=seed, shared_chargers=shared)
     robots = tuple(
         robot.model_copy(update={"battery": round(chance.uniform(*LEVELS), 3), "battery_wh": battery_wh})
         for robot in world.robots
@@ -113,13 +118,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--goals", type=int, default=8)
     parser.add_argument("--battery-wh", type=float, default=3.0)
+    parser.add_argument("--shared", action="store_true", help="robots share chargers")
     arguments = parser.parse_args()
     seeds = range(arguments.seed, arguments.seed + arguments.runs)
     for counts in (True, False):
         print("plans that count on batteries" if counts else "plans that do not")
         runs: list[Run] = []
         for seed in seeds:
-            world = store(seed, goals=arguments.goals, battery_wh=arguments.battery_wh)
+            world = store(
+                seed, goals=arguments.goals, battery_wh=arguments.battery_wh, shared=arguments.shared
+            )
             try:
                 run = carried_out(world, goals=arguments.goals, seed=seed, counts=counts)
             except NoMission as error:

@@ -44,6 +44,9 @@ def generate(
     in_phases: Annotated[
         bool, typer.Option("--in-phases", help="Robots hold a place only while they use it.")
     ] = False,
+    shared_chargers: Annotated[
+        bool, typer.Option("--shared-chargers", help="Robots share a charger in place of homes.")
+    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the samples' places.")] = 0,
     out: Annotated[Path | None, typer.Option(help="File to write (default: standard output).")] = None,
 ) -> None:
@@ -62,7 +65,9 @@ def generate(
     with reported_errors():
         try:
             shape = store_shape(samples=samples, compartments=compartments, **given)
-            text = world_yaml(generate_world(shape, seed=seed, in_phases=in_phases))
+            text = world_yaml(
+                generate_world(shape, seed=seed, in_phases=in_phases, shared_chargers=shared_chargers)
+            )
         except StoreShapeError as error:
             raise Invalid(f"a store with these options cannot be generated: {error}") from error
         _write(text, out)

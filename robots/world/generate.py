@@ -98,18 +98,29 @@ def store_shape(*, samples: int = 4, compartments: int = 2, **given: int | None)
 
 
 def generate_world(
-    shape: StoreShape, *, seed: int = 0, name: str = "generated_store", in_phases: bool = False
+    shape: StoreShape,
+    *,
+    seed: int = 0,
+    name: str = "generated_store",
+    in_phases: bool = False,
+    shared_chargers: bool = False,
 ) -> WorldFile:
     """The world of a shape. The seed decides where the samples lie: same shape and seed, same world.
 
     :param in_phases: its robots drive in phases, and hold a place only while they use it.
+    :param shared_chargers: the robots of an area share a charger in place of homes.
     """
     plan = _Plan(shape)
     places = [*plan.doors(), *plan.interchanges(), *plan.bays()]
     storing = [place for place in places if place["kind"] in ("door", "bay")]
     free = [place["name"] for place in storing for _ in range(place.get("capacity", 1))]
     lying = random.Random(seed).sample(free, shape.samples)
-    robots = [*plan.yard_robots(), *plan.store_robots()]
+    stationed = [*plan.yard_robots(), *plan.store_robots()]
+    robots = [robot for _, robot in stationed]
+    charging = [home for home, _ in stationed]
+    if shared_chargers:
+        charging = list(_chargers(stationed))
+        robots = [robot | {"home": None} for robot in robots]
     repertoire = {"repertoire": (*STORE_TAGS, *PHASE_TAGS)} if in_phases else {}
     return WorldFile.model_validate(
         {
@@ -117,8 +128,8 @@ def generate_world(
             "title": f"Sample store of {shape.aisles} aisles and {len(robots)} robots",
             "compartments": plan.compartments(),
             "walls": plan.walls(),
-            "locations": [*places, *(home for home, _ in robots)],
-            "robots": [robot | repertoire for _, robot in robots],
+            "locations": [*places, *charging],
+            "robots": [robot | repertoire for robot in robots],
             "samples": [{"name": f"sample_{n}", "at": at} for n, at in enumerate(lying, start=1)],
         }
     )
@@ -262,6 +273,16 @@ def _at_home(robot: Entry, home: Point, start: Point, approach_deg: int) -> tupl
     """The home and its robot, which faces as the home's beacon does."""
     place = _place(f"home_{robot['name']}", "home", *home, [approach_deg]) | {"capacity": 0}
     return place, robot | {"start": [_cm(start[0]), _cm(start[1]), approach_deg], "home": place["name"]}
+
+
+def _chargers(stationed: Sequence[tuple[Entry, Entry]]) -> Iterator[Entry]:
+    """One for the robots of each area, where the first of them has its home."""
+    served = set()
+    for home, robot in stationed:
+        area = robot.get("aisle", robot["compartment"])
+        if area not in served:
+            served.add(area)
+            yield home | {"name": f"charger_{area}", "kind": "charger"}
 
 
 def _spread(low: float, high: float, count: int) -> list[float]:

@@ -24,7 +24,6 @@ from planner.interchange.up_validation import up_fault
 from planner.problem.number_courses import courses
 from planner.repair import NOT_BEGUN, MissionProgress, repair
 from robots.world import WorldFile, generate_world, store_shape
-from tests.app.chargers import with_shared_chargers
 from tests.app.sample_store import Store
 from tests.planner.knowledge.test_knowledge_base import shipped
 
@@ -260,16 +259,16 @@ def test_robots_take_turns_at_a_charger_that_they_share(seed: int) -> None:
     """In stores where one of them drives to it first, or some are too far from it for what their batteries hold."""
     chance = random.Random(seed)
     shape = store_shape(samples=6, aisles=2, store_robots=2, yard_robots=3, doors=2, bays=12)
-    world = generate_world(shape, seed=seed, in_phases=bool(seed % 2))
+    world = generate_world(shape, seed=seed, shared_chargers=True)
     robots = tuple(
         robot.model_copy(update={"battery": round(chance.uniform(0.2, 0.5), 3), "battery_wh": 1.2})
         for robot in world.robots
     )
-    world = with_shared_chargers(world.model_copy(update={"robots": robots}))
+    world = world.model_copy(update={"robots": robots})
     facts = Store(world).facts
     problem = goal_problem(world, facts, drawn_goals(world, facts, 6, seed, BASE), BASE)
     net = planned(problem)
-    users = [one.agents[0] for one in net.actions if one.arguments.get("ref") == "home_yard_1"]
+    users = [one.agents[0] for one in net.actions if one.arguments.get("ref") == "charger_yard"]
     assert len(set(users)) > 1
 
 

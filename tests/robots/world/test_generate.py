@@ -154,3 +154,20 @@ def test_robots_of_a_store_in_phases_have_their_packets_in_its_file_too(tmp_path
     file = tmp_path / "store.yaml"
     file.write_text(world_yaml(generate_world(store_shape(), in_phases=True)))
     assert {robot.repertoire for robot in load_world(file).robots} == {(*STORE_TAGS, *PHASE_TAGS)}
+
+
+def test_the_robots_of_an_area_share_a_charger_in_place_of_homes(tmp_path: Path) -> None:
+    file = tmp_path / "store.yaml"
+    file.write_text(world_yaml(generate_world(store_shape(yard_robots=3), shared_chargers=True)))
+    world = load_world(file)
+    assert [place.name for place in world.locations if place.kind in ("home", "charger")] == [
+        "charger_yard",
+        "charger_aisle_1",
+        "charger_aisle_2",
+    ]
+    served = {robot.name: [place.name for place in world.chargers_of(robot)] for robot in world.robots}
+    assert served == {
+        **dict.fromkeys(("yard_1", "yard_2", "yard_3"), ["charger_yard"]),
+        "store_1": ["charger_aisle_1"],
+        "store_2": ["charger_aisle_2"],
+    }

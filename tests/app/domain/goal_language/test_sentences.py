@@ -15,9 +15,9 @@ from app.domain.goal_language.verbs import shipped_verbs
 from app.domain.world_model import Facts, revise_beliefs
 from benchmarks.sentence_fuzz import NOUNS, damaged, drawn_sentence, outcome
 from planner import Fact
-from robots.world import WorldFile
+from robots.world import WorldFile, generate_world, store_shape
+from robots.world.parts import Location
 from tests.app.berthed_store import berthed_store
-from tests.app.chargers import with_shared_chargers
 from tests.app.sample_store import Store
 
 STORE = Store()
@@ -440,19 +440,24 @@ def test_any_text_is_understood_or_asked_about(text: str, is_known: bool) -> Non
 
 
 def test_a_robot_without_a_home_is_charged_at_a_charger_that_it_reaches_rather_a_free_one() -> None:
-    world = with_shared_chargers(STORE.world)
+    shape = store_shape(samples=2, aisles=1, yard_robots=2)
+    world = generate_world(shape, shared_chargers=True)
     shared = Store(world)
-    assert goals("charge store_1", shared) == ["charged(store_1, home_store_1)"]
-    assert goals("charge yard_2", shared) == ["charged(yard_2, home_yard_1)"]
-    places = [place.model_dump(mode="json") for place in world.locations]
-    places.append(
-        {"name": "charger_2", "kind": "charger", "at": [7.4, 1.8], "approach_deg": [180], "capacity": 0}
-    )
-    two = Store(WorldFile.model_validate({**world.model_dump(mode="json"), "locations": places}))
-    assert Fact("robot_position", ("yard_2", "near", "charger_2")) in two.facts
-    assert goals("charge yard_1", two) == ["charged(yard_1, home_yard_1)"], "yard_2 stands at the other one"
-    none = [place for place in places if place["kind"] != "charger"]
-    bare = Store(WorldFile.model_validate({**world.model_dump(mode="json"), "locations": none}))
+    assert goals("charge store_1", shared) == ["charged(store_1, charger_aisle_1)"]
+    assert goals("charge all robots of the yard", shared) == [
+        "charged(yard_1, charger_yard)",
+        "charged(yard_2, charger_yard)",
+    ]
+    yard_2 = world.robot("yard_2").start
+    second = {"name": "a_charger", "kind": "charger", "at": yard_2[:2], "approach_deg": [0], "capacity": 0}
+    two = Store(_with_locations(world, *world.locations, Location.model_validate(second)))
+    assert Fact("robot_position", ("yard_2", "near", "a_charger")) in two.facts
+    assert goals("charge yard_1", two) == ["charged(yard_1, charger_yard)"], "yard_2 stands at the other one"
+    bare = Store(_with_locations(world, *(place for place in world.locations if place.kind != "charger")))
     question = understand("charge yard_1", bare.world, bare.facts, now=NOW)
     assert isinstance(question, Clarification)
     assert question.detail == "yard_1 has no home and reaches no charger; say where to charge it"
+
+
+def _with_locations(world: WorldFile, *locations: Location) -> WorldFile:
+    return WorldFile.model_construct(**{**dict(world), "locations": locations})
