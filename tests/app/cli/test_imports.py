@@ -79,7 +79,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         ),
         pytest.param(PLANNING, SIMULATION | DATABASE | SERVER, 770, id="planning process"),
         pytest.param(
-            WORLD, DATABASE | SERVER | {"planner", "unified_planning", "lark"}, 592, id="world's process"
+            WORLD, DATABASE | SERVER | {"planner", "unified_planning", "lark"}, 593, id="world's process"
         ),
     ],
 )
