@@ -24,6 +24,8 @@ Row = tuple[str, ...]
 Place = tuple[int, Row]
 """A row of a node."""
 NOTHING: frozenset[Fact] = frozenset()
+ENOUGH = 2
+"""Rows that differ only in what is to differ from something else."""
 
 
 @dataclass(slots=True)
@@ -104,6 +106,8 @@ class Network:
         self._nodes: dict[Hashable, int] = {}
         self.consumers: list[list[_Selection | tuple[_Join, int] | _Head]] = []
         """By node, what takes its rows; a join with the side on which it takes them."""
+        self.limits: dict[int, Callable[[Row], Row]] = {}
+        """By node, the columns of which two rows with the same values are enough: they differ in a guard alone."""
         self.join_count = 0
         self._known: set[Hashable] = set()
         for rule in rules:
@@ -119,30 +123,41 @@ class Network:
         return None if entry is None else (entry[0], entry[1](fact.args))
 
     def _compile(self, rule: Rule) -> None:
-        """Chain the body's literals by joins, each time the one that adds the fewest combinations."""
+        """Chain the body's literals by joins, each time the one that adds the fewest combinations.
+
+        What the head names comes last: the other variables are left out of the rows as early as can be.
+        """
         head = [rule.head.terms[i] for i in self._kept[rule.head.predicate]]
         waiting = list(rule.literals)
         node = -1
         columns: tuple[str, ...] = ()
         while waiting:
-            literal = min(waiting, key=lambda literal: self._spread(rule, literal, columns))
+            literal = min(waiting, key=lambda literal: self._rank(rule, literal, columns, head))
             waiting.remove(literal)
             later = {term for other in waiting for term in other.terms}.union(head)
+            guards = _guards(rule, {*columns, *literal.terms}, later)
             if node < 0:
-                node, columns = self._select(rule, literal, later)
+                node, columns = self._select(rule, literal, later | guards, guards)
             else:
-                right, other = self._select(rule, literal, later.union(columns))
-                node, columns = self._joined(rule, (node, right), (columns, other), later)
+                right, other = self._select(rule, literal, later.union(columns, guards))
+                node, columns = self._joined(rule, (node, right), (columns, other), later | guards, guards)
         target = self._node(rule.head.predicate)
         arguments = tuple(columns.index(term) if term in columns else term for term in head)
         self._consume(node, ("head", target, arguments), _Head(target, arguments))
 
-    def _spread(self, rule: Rule, literal: Literal, columns: Sequence[str]) -> int:
-        """How many values the variables that the literal would add could have together."""
+    def _rank(
+        self, rule: Rule, literal: Literal, columns: Sequence[str], head: Sequence[str]
+    ) -> tuple[bool, int, int]:
+        """Whether the literal has nothing in common with the rows, how many of the head's variables it would add, and
+        how many values all that it would add could have together."""
         fresh = {term for term in literal.terms if term in rule.types and term not in columns}
-        return prod(max(1, len(self._members.get(rule.types[term], ()))) for term in fresh)
+        is_apart = bool(columns) and fresh.issuperset(term for term in literal.terms if term in rule.types)
+        values = prod(max(1, len(self._members.get(rule.types[term], ()))) for term in fresh)
+        return is_apart, len(fresh.intersection(head)), values
 
-    def _select(self, rule: Rule, literal: Literal, later: Collection[str]) -> tuple[int, tuple[str, ...]]:
+    def _select(
+        self, rule: Rule, literal: Literal, later: Collection[str], guards: Collection[str] = ()
+    ) -> tuple[int, tuple[str, ...]]:
         """The node of the rows that fit the literal, and the variables its columns stand for."""
         kept = self._kept[literal.predicate]
         terms = [literal.terms[i] for i in kept]
@@ -157,15 +172,21 @@ class Network:
         columns = tuple(dict.fromkeys(t for t in terms if t in rule.types and t in later))
         places = tuple(terms.index(term) for term in columns)
         source = self._node(literal.predicate)
-        if not allowed and not equal and places == tuple(range(len(terms))):
+        limit = _limited(columns, guards)
+        if not allowed and not equal and limit is None and places == tuple(range(len(terms))):
             return source, columns
-        shape = ("select", source, tuple(allowed), equal, places)
-        selection = _Selection(self._node(shape), tuple(allowed), equal, _columns(places))
+        shape = ("select", source, tuple(allowed), equal, places, limit)
+        selection = _Selection(self._node(shape, limit), tuple(allowed), equal, _columns(places))
         self._consume(source, shape, selection)
         return selection.target, columns
 
     def _joined(
-        self, rule: Rule, nodes: tuple[int, int], columns: tuple[tuple[str, ...], ...], later: Collection[str]
+        self,
+        rule: Rule,
+        nodes: tuple[int, int],
+        columns: tuple[tuple[str, ...], ...],
+        later: Collection[str],
+        guards: Collection[str],
     ) -> tuple[int, tuple[str, ...]]:
         """The node of the two nodes' joined rows, only with the variables needed later."""
         left, right = columns
@@ -175,12 +196,13 @@ class Network:
         keys = tuple(map(left.index, key)), tuple(map(right.index, key))
         columns_kept = tuple(map(both.index, kept))
         unequal = tuple((both.index(a), both.index(b)) for a, b in rule.distinct if a in both and b in both)
-        shape = ("join", nodes, keys, columns_kept, unequal)
+        limit = _limited(kept, guards)
+        shape = ("join", nodes, keys, columns_kept, unequal, limit)
         if shape in self._nodes:
             return self._nodes[shape], kept
         join = _Join(
             index=self.join_count,
-            target=self._node(shape),
+            target=self._node(shape, limit),
             sources=nodes,
             keys=(_columns(keys[0]), _columns(keys[1])),
             columns=_columns(columns_kept),
@@ -191,10 +213,13 @@ class Network:
         self._consume(nodes[1], (shape, 1), (join, 1))
         return join.target, kept
 
-    def _node(self, shape: Hashable) -> int:
+    def _node(self, shape: Hashable, limit: tuple[int, ...] | None = None) -> int:
+        """:param limit: see `limits`."""
         if shape not in self._nodes:
             self._nodes[shape] = len(self.consumers)
             self.consumers.append([])
+            if limit is not None:
+                self.limits[self._nodes[shape]] = _columns(limit)
         return self._nodes[shape]
 
     def _consume(
@@ -204,6 +229,23 @@ class Network:
         if (node, shape) not in self._known:
             self._known.add((node, shape))
             self.consumers[node].append(consumer)
+
+
+def _guards(rule: Rule, known: Collection[str], later: Collection[str]) -> set[str]:
+    """The known variables that are needed later only to differ from another."""
+    return {
+        one
+        for pair in rule.distinct
+        for one, other in (pair, pair[::-1])
+        if one in known and one not in later and other in later and other not in known
+    }
+
+
+def _limited(columns: Sequence[str], guards: Collection[str]) -> tuple[int, ...] | None:
+    """All columns but the guard, if there is one: of its values one always differs from the other variable's, if there
+    are two."""
+    found = [i for i, term in enumerate(columns) if term in guards]
+    return tuple(i for i in range(len(columns)) if i not in found) if len(found) == 1 else None
 
 
 class Closure:
@@ -225,6 +267,21 @@ class Closure:
     def _run(self, agenda: list[Place], waiting: set[Place], *, stops: bool) -> None:
         reached = self._reached
         consumers = self._network.consumers
+        limits = self._network.limits
+        counts: dict[Place, int] = {}
+
+        def reach(built: Place) -> None:
+            if built in reached:
+                return
+            node, row = built
+            if node in limits:
+                rest = node, limits[node](row)
+                counts[rest] = counts.get(rest, 0) + 1
+                if counts[rest] > ENOUGH:
+                    return
+            reached.add(built)
+            agenda.append(built)
+
         tables: list[tuple[dict[Row, list[Row]], dict[Row, list[Row]]]] = [
             ({}, {}) for _ in range(self._network.join_count)
         ]
@@ -232,10 +289,8 @@ class Closure:
             node, row = agenda.pop()
             for consumer in consumers[node]:
                 if not isinstance(consumer, tuple):
-                    built = consumer.place(row)
-                    if built is not None and built not in reached:
-                        reached.add(built)
-                        agenda.append(built)
+                    if (built := consumer.place(row)) is not None:
+                        reach(built)
                     continue
                 join, side = consumer
                 mine, theirs = tables[join.index][side], tables[join.index][1 - side]
@@ -249,10 +304,7 @@ class Closure:
                     both = other + row if side else row + other
                     if unequal and not join.allows(both):
                         continue
-                    built = target, columns(both)
-                    if built not in reached:
-                        reached.add(built)
-                        agenda.append(built)
+                    reach((target, columns(both)))
             waiting.discard((node, row))
 
 

@@ -10,7 +10,18 @@ from planner.knowledge import KnowledgeBase
 from planner.problem.interface import PlanningProblem
 from planner.problem.static_facts import StaticFacts
 from planner.relaxation.network import Closure, Derivations, Network
-from planner.relaxation.rules import FUNCTION, GOAL, TYPE, argument_types, positions_needed, rules_of
+from planner.relaxation.rules import (
+    BETWEEN,
+    FROM,
+    FUNCTION,
+    GOAL,
+    TO,
+    TYPE,
+    argument_types,
+    is_between_alike,
+    positions_needed,
+    rules_of,
+)
 
 NETWORKS = 8
 """Compiled networks that are kept, the most recently used."""
@@ -68,8 +79,11 @@ def unreachable_goals(knowledge_base: KnowledgeBase, problem: PlanningProblem) -
     Things that no goal names count as one (`with_bystanders_merged`), so that a store full of them takes no longer.
     """
     problem = with_bystanders_merged(knowledge_base, problem)
-    network = _network_of(knowledge_base, problem)
-    given = _given(problem, members_of(knowledge_base, problem.objects))
+    network = _network_of(knowledge_base, problem, by_class=True)
+    given = (
+        *_stated(problem, members_of(knowledge_base, problem.objects)),
+        *_values_by_class(knowledge_base, problem),
+    )
     goals = {goal: on_purpose(goal) for goal in problem.goals}
     closure = Closure(network, given, goals.values())
     return tuple(goal for goal, meant in goals.items() if not closure.holds(meant))
@@ -128,6 +142,7 @@ def _network_of(
     *,
     observed: Collection[str] = (),
     with_functions: bool = True,
+    by_class: bool = False,
 ) -> Network:
     return _network(
         knowledge_base,
@@ -136,6 +151,7 @@ def _network_of(
         frozenset(observed),
         knowledge_base.phased_for(problem.facts),
         with_functions=with_functions,
+        by_class=by_class,
         is_chained=any(fact.predicate in knowledge_base.under_way for fact in problem.facts),
     )
 
@@ -149,11 +165,17 @@ def _network(
     phased: frozenset[str],
     *,
     with_functions: bool,
+    by_class: bool,
     is_chained: bool,
 ) -> Network:
     """The rules compiled for these objects: whatever their facts, problems of a world share it."""
     rules = rules_of(
-        knowledge_base, goal_predicates, phased, with_functions=with_functions, is_chained=is_chained
+        knowledge_base,
+        goal_predicates,
+        phased,
+        with_functions=with_functions,
+        by_class=by_class,
+        is_chained=is_chained,
     )
     whole = {*observed, *(GOAL + predicate for predicate in goal_predicates)}
     kept = positions_needed(rules, knowledge_base, whole)
@@ -178,13 +200,52 @@ def members_of(knowledge_base: KnowledgeBase, objects: Mapping[str, str]) -> dic
 
 def _given(problem: PlanningProblem, members: Mapping[str, frozenset[str]]) -> Iterator[Fact]:
     """All that holds from the start."""
+    yield from _stated(problem, members)
+    for name, args in problem.functions:
+        yield Fact(FUNCTION + name, args)
+
+
+def _stated(problem: PlanningProblem, members: Mapping[str, frozenset[str]]) -> Iterator[Fact]:
+    """What holds from the start, but for what functions have values for."""
     goals = set(problem.goals)
     for fact in problem.facts:
         yield fact
         if fact in goals:
             yield on_purpose(fact)
-    for name, args in problem.functions:
-        yield Fact(FUNCTION + name, args)
     for kind, names in members.items():
         for name in names:
             yield Fact(TYPE + kind, (name,))
+
+
+def _values_by_class(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> Iterator[Fact]:
+    """What functions have values for; of two objects of a type by classes of objects with the same others.
+
+    Each has one with itself as well, else no two had the same others: what an action must not have twice is told apart
+    by the rules.
+    """
+    others: dict[str, tuple[dict[str, set[str]], dict[str, set[str]]]] = {}
+    for name, args in problem.functions:
+        if not is_between_alike(name, knowledge_base):
+            yield Fact(FUNCTION + name, args)
+            continue
+        ahead, behind = others.setdefault(name, ({}, {}))
+        first, second = args
+        ahead.setdefault(first, {first}).add(second)
+        behind.setdefault(second, {second}).add(first)
+    for name, (ahead, behind) in others.items():
+        classes_from = _classes(ahead)
+        classes_to = _classes(behind)
+        for one, number in classes_from.items():
+            yield Fact(FROM + name, (one, number))
+        for one, number in classes_to.items():
+            yield Fact(TO + name, (one, number))
+        first_of = {number: one for one, number in classes_from.items()}
+        for number, one in first_of.items():
+            for other in {classes_to[two] for two in ahead[one] if two in classes_to}:
+                yield Fact(BETWEEN + name, (number, other))
+
+
+def _classes(others: Mapping[str, set[str]]) -> dict[str, str]:
+    """The number of the class of each object: of those with the same others."""
+    numbers: dict[frozenset[str], str] = {}
+    return {one: numbers.setdefault(frozenset(with_it), str(len(numbers))) for one, with_it in others.items()}

@@ -11,6 +11,11 @@ TYPE = "type:"
 GOAL = "goal:"
 """Prefixes of predicates that are not the knowledge base's: a function has a value for these arguments, an
 object is of a type, a fact was brought about on purpose or held from the start."""
+FROM = "from:"
+BETWEEN = "between:"
+TO = "to:"
+"""Prefixes that together say that a function of two objects has a value: the first is of a class of objects from which
+there is one to the class of the second. Where there are many pairs there are few classes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +41,7 @@ def rules_of(
     phased: Collection[str],
     *,
     with_functions: bool = True,
+    by_class: bool = False,
     is_chained: bool = False,
 ) -> list[Rule]:
     """A rule for each operator and effect, and for each intended effect that is a goal's predicate.
@@ -43,12 +49,18 @@ def rules_of(
     An effect within an action takes only what the action needs up to then.
 
     :param phased: the operators of which phases count.
+    :param by_class: values of functions of two objects of a type are stated by `FROM`, `BETWEEN` and `TO`.
     :param is_chained: True: also what some phase of an action brings about where one before it has ended already.
     """
     rules = []
     steps = knowledge_base.steps if is_chained else _unchained(knowledge_base, phased)
     for op in steps:
-        body = (*op.preconditions, *(_defined(op) if with_functions else ()))
+        defined = tuple(_defined(op)) if with_functions else ()
+        types = dict(op.parameters)
+        if by_class:
+            defined, classes = _by_class(defined, knowledge_base)
+            types |= classes
+        body = (*defined, *op.preconditions)
         heads = [*op.intended_effects, *op.other_effects]
         heads += [
             Literal(GOAL + effect.predicate, effect.terms)
@@ -56,10 +68,7 @@ def rules_of(
             if effect.predicate in goal_predicates
         ]
         distinct = tuple(op.distinct)
-        rules += [
-            Rule(head=head, body=body, types=op.parameters, distinct=distinct)
-            for head in dict.fromkeys(heads)
-        ]
+        rules += [Rule(head=head, body=body, types=types, distinct=distinct) for head in dict.fromkeys(heads)]
     return rules
 
 
@@ -85,6 +94,35 @@ def _defined(op: Operator) -> Iterator[Literal]:
         for member in op.members
     }
     return iter(sorted(calls, key=str))
+
+
+def _by_class(
+    defined: Sequence[Literal], knowledge_base: KnowledgeBase
+) -> tuple[tuple[Literal, ...], dict[str, str]]:
+    """What functions have values for, by classes where these are of two objects of a type; the classes' variables, with
+    that type: there are no more classes than objects."""
+    body: list[Literal] = []
+    variables: dict[str, str] = {}
+    for literal in defined:
+        name = literal.predicate.removeprefix(FUNCTION)
+        if not is_between_alike(name, knowledge_base):
+            body.append(literal)
+            continue
+        first, second = literal.terms
+        here, there = f"{literal} from", f"{literal} to"
+        variables |= dict.fromkeys((here, there), knowledge_base.file.functions[name][0])
+        body += [
+            Literal(FROM + name, (first, here)),
+            Literal(BETWEEN + name, (here, there)),
+            Literal(TO + name, (second, there)),
+        ]
+    return tuple(body), variables
+
+
+def is_between_alike(function: str, knowledge_base: KnowledgeBase) -> bool:
+    """Whether the function is of two objects of a type."""
+    kinds = knowledge_base.file.functions[function]
+    return len(kinds) == 2 and kinds[0] == kinds[1]
 
 
 def positions_needed(
@@ -124,6 +162,6 @@ def argument_types(predicate: str, knowledge_base: KnowledgeBase) -> tuple[str, 
     """The types of a predicate's arguments, also of those with a prefix."""
     if predicate.startswith(TYPE):
         return (predicate.removeprefix(TYPE),)
-    if predicate.startswith(FUNCTION):
-        return knowledge_base.file.functions[predicate.removeprefix(FUNCTION)]
+    if predicate.startswith((FUNCTION, FROM, BETWEEN, TO)):
+        return knowledge_base.file.functions[predicate.partition(":")[2]]
     return tuple(knowledge_base.predicates[predicate.removeprefix(GOAL)].arguments.values())
