@@ -167,7 +167,7 @@ def test_the_robots_of_an_area_share_a_charger_in_place_of_homes(tmp_path: Path)
     ]
     served = {robot.name: [place.name for place in world.chargers_of(robot)] for robot in world.robots}
     assert served == {
-        **dict.fromkeys(("yard_1", "yard_2", "yard_3"), ["charger_yard"]),
+        **{f"yard_{number}": ["charger_yard"] for number in (1, 2, 3)},
         "store_1": ["charger_aisle_1"],
         "store_2": ["charger_aisle_2"],
     }
