@@ -249,14 +249,16 @@ class WorldFile(Checked):
             if area.contains(place.at) and (place.kind != "home" or place.name == robot.home)
         )
 
+    @cached_property
+    def chargers(self) -> tuple[Location, ...]:
+        """The places where any robot that reaches them is charged."""
+        return tuple(place for place in self.locations if place.kind == "charger")
+
     def chargers_of(self, robot: RobotSpec) -> tuple[Location, ...]:
         """Where the robot is charged, one robot at a time: its home, and the chargers that it reaches."""
         area = self.area_of(robot)
-        return tuple(
-            place
-            for place in self.locations
-            if place.name == robot.home or (place.kind == "charger" and area.contains(place.at))
-        )
+        shared = (place for place in self.chargers if area.contains(place.at) and place.name != robot.home)
+        return (*(() if robot.home is None else (self.location(robot.home),)), *shared)
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -50,6 +50,12 @@ def test_facts_do_not_contradict_where_a_sample_lies(tmp_path: Path, predicate: 
     assert f"samples.sample_1.at is bay_1, but the facts say {predicate}({', '.join(args)})" in said
 
 
+def test_a_charger_holds_no_samples(tmp_path: Path) -> None:
+    charger = {"name": "charger_1", "kind": "charger", "at": [1, 1], "approach_deg": [0]}
+    said = refusal(tmp_path, locations=[charger], samples=[])
+    assert "locations.charger_1: a charger holds no samples, capacity must be 0" in said
+
+
 @pytest.mark.parametrize(("apart_m", "valid"), [(0.0, False), (0.43, False), (0.45, True)])
 def test_robots_start_at_least_their_width_apart(tmp_path: Path, apart_m: float, valid: bool) -> None:
     robots = [
