@@ -11,6 +11,7 @@ least for most but not for all problems.
 """
 
 import heapq
+from collections import Counter
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
@@ -24,23 +25,33 @@ Row = tuple[str, ...]
 Place = tuple[int, Row]
 """A row of a node."""
 NOTHING: frozenset[Fact] = frozenset()
-ENOUGH = 2
-"""Rows that differ only in what is to differ from something else."""
+NO_GUARDS: Mapping[str, int] = {}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Limit:
+    """How many rows are enough that have the same values in these columns."""
+
+    columns: tuple[int, ...]
+    rows: int
 
 
 @dataclass(slots=True)
 class _Selection:
-    """Rows of a predicate that fit a literal: `allowed` values at positions, `equal` pairs of positions."""
+    """Rows of a predicate that fit a literal: `allowed` values at positions, `equal` and `unequal` pairs of them."""
 
     target: int
     allowed: tuple[tuple[int, frozenset[str]], ...]
     equal: tuple[tuple[int, int], ...]
+    unequal: tuple[tuple[int, int], ...]
     columns: Callable[[Row], Row]
 
     def place(self, row: Row) -> Place | None:
         """Where the row goes; None if it does not fit."""
-        fits = all(row[i] in allowed for i, allowed in self.allowed) and all(
-            row[i] == row[j] for i, j in self.equal
+        fits = (
+            all(row[i] in allowed for i, allowed in self.allowed)
+            and all(row[i] == row[j] for i, j in self.equal)
+            and all(row[i] != row[j] for i, j in self.unequal)
         )
         return (self.target, self.columns(row)) if fits else None
 
@@ -106,8 +117,8 @@ class Network:
         self._nodes: dict[Hashable, int] = {}
         self.consumers: list[list[_Selection | tuple[_Join, int] | _Head]] = []
         """By node, what takes its rows; a join with the side on which it takes them."""
-        self.limits: dict[int, Callable[[Row], Row]] = {}
-        """By node, the columns of which two rows with the same values are enough: they differ in a guard alone."""
+        self.limits: dict[int, tuple[Callable[[Row], Row], int]] = {}
+        """By node, how many rows are enough that have the same values in these columns."""
         self.join_count = 0
         self._known: set[Hashable] = set()
         for rule in rules:
@@ -137,10 +148,13 @@ class Network:
             later = {term for other in waiting for term in other.terms}.union(head)
             guards = _guards(rule, {*columns, *literal.terms}, later)
             if node < 0:
-                node, columns = self._select(rule, literal, later | guards, guards)
+                node, columns = self._select(rule, literal, later.union(guards), guards)
             else:
-                right, other = self._select(rule, literal, later.union(columns, guards))
-                node, columns = self._joined(rule, (node, right), (columns, other), later | guards, guards)
+                compared = {one for pair in rule.distinct if not {*columns}.isdisjoint(pair) for one in pair}
+                right, other = self._select(rule, literal, later.union(columns, guards, compared))
+                node, columns = self._joined(
+                    rule, (node, right), (columns, other), later.union(guards), guards
+                )
         target = self._node(rule.head.predicate)
         arguments = tuple(columns.index(term) if term in columns else term for term in head)
         self._consume(node, ("head", target, arguments), _Head(target, arguments))
@@ -156,7 +170,7 @@ class Network:
         return is_apart, len(fresh.intersection(head)), values
 
     def _select(
-        self, rule: Rule, literal: Literal, later: Collection[str], guards: Collection[str] = ()
+        self, rule: Rule, literal: Literal, later: Collection[str], guards: Mapping[str, int] = NO_GUARDS
     ) -> tuple[int, tuple[str, ...]]:
         """The node of the rows that fit the literal, and the variables its columns stand for."""
         kept = self._kept[literal.predicate]
@@ -169,14 +183,16 @@ class Network:
             elif rule.types[term] != kind:
                 allowed.append((i, self._members.get(rule.types[term], frozenset())))
         equal = tuple((terms.index(term), i) for i, term in enumerate(terms) if terms.index(term) != i)
+        unequal = _unequal(rule, terms)
         columns = tuple(dict.fromkeys(t for t in terms if t in rule.types and t in later))
         places = tuple(terms.index(term) for term in columns)
         source = self._node(literal.predicate)
         limit = _limited(columns, guards)
-        if not allowed and not equal and limit is None and places == tuple(range(len(terms))):
+        is_whole = places == tuple(range(len(terms)))
+        if is_whole and not (allowed or equal or unequal) and limit is None:
             return source, columns
-        shape = ("select", source, tuple(allowed), equal, places, limit)
-        selection = _Selection(self._node(shape, limit), tuple(allowed), equal, _columns(places))
+        shape = ("select", source, tuple(allowed), equal, unequal, places, limit)
+        selection = _Selection(self._node(shape, limit), tuple(allowed), equal, unequal, _columns(places))
         self._consume(source, shape, selection)
         return selection.target, columns
 
@@ -186,7 +202,7 @@ class Network:
         nodes: tuple[int, int],
         columns: tuple[tuple[str, ...], ...],
         later: Collection[str],
-        guards: Collection[str],
+        guards: Mapping[str, int],
     ) -> tuple[int, tuple[str, ...]]:
         """The node of the two nodes' joined rows, only with the variables needed later."""
         left, right = columns
@@ -195,7 +211,7 @@ class Network:
         kept = tuple(dict.fromkeys(term for term in both if term in later))
         keys = tuple(map(left.index, key)), tuple(map(right.index, key))
         columns_kept = tuple(map(both.index, kept))
-        unequal = tuple((both.index(a), both.index(b)) for a, b in rule.distinct if a in both and b in both)
+        unequal = _unequal(rule, both)
         limit = _limited(kept, guards)
         shape = ("join", nodes, keys, columns_kept, unequal, limit)
         if shape in self._nodes:
@@ -213,13 +229,12 @@ class Network:
         self._consume(nodes[1], (shape, 1), (join, 1))
         return join.target, kept
 
-    def _node(self, shape: Hashable, limit: tuple[int, ...] | None = None) -> int:
-        """:param limit: see `limits`."""
+    def _node(self, shape: Hashable, limit: _Limit | None = None) -> int:
         if shape not in self._nodes:
             self._nodes[shape] = len(self.consumers)
             self.consumers.append([])
             if limit is not None:
-                self.limits[self._nodes[shape]] = _columns(limit)
+                self.limits[self._nodes[shape]] = _columns(limit.columns), limit.rows
         return self._nodes[shape]
 
     def _consume(
@@ -231,21 +246,28 @@ class Network:
             self.consumers[node].append(consumer)
 
 
-def _guards(rule: Rule, known: Collection[str], later: Collection[str]) -> set[str]:
-    """The known variables that are needed later only to differ from another."""
-    return {
+def _unequal(rule: Rule, terms: Sequence[str]) -> tuple[tuple[int, int], ...]:
+    """The pairs of positions whose variables are to differ."""
+    return tuple((terms.index(a), terms.index(b)) for a, b in rule.distinct if a in terms and b in terms)
+
+
+def _guards(rule: Rule, known: Collection[str], later: Collection[str]) -> Mapping[str, int]:
+    """The known variables that are needed later only to differ from others, each with the number of these."""
+    return Counter(
         one
         for pair in rule.distinct
         for one, other in (pair, pair[::-1])
         if one in known and one not in later and other in later and other not in known
-    }
+    )
 
 
-def _limited(columns: Sequence[str], guards: Collection[str]) -> tuple[int, ...] | None:
-    """All columns but the guard, if there is one: of its values one always differs from the other variable's, if there
-    are two."""
+def _limited(columns: Sequence[str], guards: Mapping[str, int]) -> _Limit | None:
+    """How many rows are enough that differ in a guard alone, if there is one: one of them differs from all others."""
     found = [i for i, term in enumerate(columns) if term in guards]
-    return tuple(i for i in range(len(columns)) if i not in found) if len(found) == 1 else None
+    if len(found) != 1:
+        return None
+    others = tuple(i for i in range(len(columns)) if i not in found)
+    return _Limit(columns=others, rows=1 + guards[columns[found[0]]])
 
 
 class Closure:
@@ -275,9 +297,10 @@ class Closure:
                 return
             node, row = built
             if node in limits:
-                rest = node, limits[node](row)
+                columns, enough = limits[node]
+                rest = node, columns(row)
                 counts[rest] = counts.get(rest, 0) + 1
-                if counts[rest] > ENOUGH:
+                if counts[rest] > enough:
                     return
             reached.add(built)
             agenda.append(built)
