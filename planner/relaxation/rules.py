@@ -120,8 +120,8 @@ def _by_class(
 
 
 def is_between_alike(function: str, knowledge_base: KnowledgeBase) -> bool:
-    """Whether the function is of two objects of a type."""
-    kinds = knowledge_base.file.functions[function]
+    """Whether the function is of two objects of a type; what scales durations is none of the knowledge base's."""
+    kinds = knowledge_base.file.functions.get(function, ())
     return len(kinds) == 2 and kinds[0] == kinds[1]
 
 

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner import Fact, KnowledgeBase, PlanningProblem, load_knowledge_base
+from planner.knowledge.expression import DURATION_SCALE
 from planner.relaxation import Relaxation, is_relaxed_reachable, unreachable_goals
 from planner.relaxation.reachability import members_of
 from tests.planner.store import inside, store_problem
@@ -110,3 +111,9 @@ def test_supposing_one_reach_brings_a_bay_back() -> None:
     relaxation = Relaxation(BASE, less, supposed=reach)
     relaxation.run()
     assert relaxation.missing(problem.goals[0]) == reach
+
+
+def test_what_scales_durations_is_no_matter_of_reach() -> None:
+    problem = store_problem([inside("sample_1", "bay_7")])
+    scaled = {(DURATION_SCALE, ("navigate", "yard_1")): 1.5}
+    assert is_relaxed_reachable(BASE, replace(problem, functions={**problem.functions, **scaled}))
