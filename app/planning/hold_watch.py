@@ -67,7 +67,7 @@ class HoldWatch:
 
     def _has_news(self, ids: Sequence[str]) -> bool:
         with self._database.read() as session:
-            rows = [row for hold_id in ids if (row := session.get(HoldRow, hold_id)) is not None]
+            rows = _rows(session, ids)
             return any(self._observed(session, row) != record_of(row) for row in rows)
 
     def _observed(self, session: Session, row: HoldRow) -> KeptRecord:
@@ -116,7 +116,7 @@ class HoldWatch:
         if not ids:
             return ()
         with self._database.read() as session:
-            rows = [row for hold_id in ids if (row := session.get(HoldRow, hold_id)) is not None]
+            rows = _rows(session, ids)
             return [
                 (row.id, lost)
                 for row in rows
@@ -132,7 +132,7 @@ class HoldWatch:
         if not ids:
             return ()
         with self._database.read() as session:
-            rows = [row for hold_id in ids if (row := session.get(HoldRow, hold_id)) is not None]
+            rows = _rows(session, ids)
             needed = {lost.goal for row in rows for lost in record_of(row).lost}
             submitted = select(GoalRow).where(
                 GoalRow.world == world, GoalRow.state.in_(UNDECIDED), GoalRow.created_by.in_(ids)
@@ -177,6 +177,10 @@ class HoldWatch:
     def _note_change(self) -> None:
         for changed in tuple(self._changed.values()):
             changed.set()
+
+
+def _rows(session: Session, ids: Sequence[str]) -> Sequence[HoldRow]:
+    return [row for hold_id in ids if (row := session.get(HoldRow, hold_id)) is not None]
 
 
 def record_of(row: HoldRow) -> KeptRecord:

@@ -68,7 +68,7 @@ class ReplenishingEngine(WrappingEngine):
         relay.is_first = False
         supplied = replenishment.supplied(plan_net)
         found = [supplied] if isinstance(supplied, PlanNet) else []
-        found += self._without_some(plan_net, problem, planner, replenishment, supplied)
+        found += replenishment.without_some(plan_net, supplied)
         planning_s = round(planner.timer.elapsed_s, 4)
         if isinstance(supplied, Outside) and not found:
             return replace(
@@ -82,49 +82,8 @@ class ReplenishingEngine(WrappingEngine):
         confirm(best, problem, self._base)
         return replace(answer, plan_net=best, planning_s=planning_s)
 
-    def _without_some(
-        self,
-        plan_net: PlanNet,
-        problem: PlanningProblem,
-        planner: TimeLimitedEngine,
-        replenishment: "Replenishment",
-        supplied: "PlanNet | Outside",
-    ) -> Iterator[PlanNet]:
-        """Plan-nets without the robot whose number cannot be kept, again and again while there is one; without all the
-        robots whose numbers run out in this one, and without each of them.
 
-        :param supplied: what became of the plan-net.
-        """
-        agents = set(plan_net.robots)
-        outside = _outside(plan_net, problem, self._base)
-        short = sorted({arg for course, _ in outside for arg in course.term[1] if arg in agents})
-        statics = StaticFacts(self._base, problem)
-        waiting = [frozenset({robot}) for robot in short[:MAX_WITHOUT]]
-        if len(short) > 1:
-            waiting.insert(0, frozenset(short))
-        tries = len(waiting)
-        if isinstance(supplied, Outside):
-            waiting.insert(0, supplied.robots)
-            tries += MAX_WITHOUT
-        tried: set[frozenset[str]] = set()
-        while waiting and len(tried) < tries:
-            robots = waiting.pop(0)
-            if robots in tried:
-                continue
-            tried.add(robots)
-            other = planner.plan_if_time(statics.without(robots))
-            if other is None:
-                break
-            # Completed again, as who else would qualify is told of the whole problem.
-            whole = None if other.plan_net is None else replenishment.completed(other.plan_net.actions)
-            made = None if whole is None else replenishment.supplied(replenishment.sized(whole))
-            if isinstance(made, PlanNet):
-                yield made
-            elif made is not None:
-                waiting.insert(0, robots | made.robots)
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Outside:
     """A number that is not kept.
 
@@ -200,9 +159,43 @@ class Replenishment:
         if found is None:
             return self.with_levels(plan_net)
         return Outside(
-            frozenset(self._statics.robots).intersection(found[0].term[1]),
-            why_outside(*found, plan_net.actions, self._base),
+            robots=frozenset(self._statics.robots).intersection(found[0].term[1]),
+            why=why_outside(*found, plan_net.actions, self._base),
         )
+
+    def without_some(self, plan_net: PlanNet, supplied: PlanNet | Outside) -> Iterator[PlanNet]:
+        """Plan-nets without the robot whose number cannot be kept, again and again while there is one; without all the
+        robots whose numbers run out in this one, and without each of them.
+
+        :param supplied: what became of the plan-net.
+        """
+        assert self._planner is not None
+        agents = set(plan_net.robots)
+        outside = _outside(plan_net, self._problem, self._base)
+        short = sorted({arg for course, _ in outside for arg in course.term[1] if arg in agents})
+        waiting = [frozenset({robot}) for robot in short[:MAX_WITHOUT]]
+        if len(short) > 1:
+            waiting.insert(0, frozenset(short))
+        tries = len(waiting)
+        if isinstance(supplied, Outside):
+            waiting.insert(0, supplied.robots)
+            tries += MAX_WITHOUT
+        tried: set[frozenset[str]] = set()
+        while waiting and len(tried) < tries:
+            robots = waiting.pop(0)
+            if robots in tried:
+                continue
+            tried.add(robots)
+            other = self._planner.plan_if_time(self._statics.without(robots))
+            if other is None:
+                break
+            # Completed again, as who else would qualify is told of the whole problem.
+            whole = None if other.plan_net is None else self.completed(other.plan_net.actions)
+            made = None if whole is None else self.supplied(self.sized(whole))
+            if isinstance(made, PlanNet):
+                yield made
+            elif made is not None:
+                waiting.insert(0, robots | made.robots)
 
     def _is_better(self, plan_net: PlanNet, course: Course) -> bool:
         """Whether the number of the course is less far outside of its limits in this plan-net, in all."""

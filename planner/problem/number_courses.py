@@ -2,8 +2,8 @@
 
 Actions change numbers evenly (`planner.knowledge.change`), by the plan-net's earliest starts; in between they fall by
 their `drain`, which may depend on the action that is waited for. A battery thus falls by driving and by waiting for
-others, and rises by charging. What a robot does once
-its part is done, such as to charge by itself, is no part of the plan.
+others, and rises by charging. What a robot does once its part is done, such as to charge by itself, is no part of the
+plan.
 """
 
 from collections.abc import Iterator, Sequence

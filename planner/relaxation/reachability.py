@@ -220,8 +220,8 @@ def _stated(problem: PlanningProblem, members: Mapping[str, frozenset[str]]) -> 
 def _values_by_class(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> Iterator[Fact]:
     """What functions have values for; of two objects of a type by classes of objects with the same others.
 
-    Each has one with itself as well, else no two had the same others: what an action must not have twice is told apart
-    by the rules.
+    Each has one with itself as well, else no two had the same others. Rules tell apart what an action must not have
+    twice; for one that may, more is within reach, so that what is out of reach is so.
     """
     others: dict[str, tuple[dict[str, set[str]], dict[str, set[str]]]] = {}
     for name, args in problem.functions:

@@ -1,13 +1,12 @@
 """Which rovers are at a charger: each charges one at a time, whether it is a rover's home or shared (our choice)."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from math import dist
 
-from robots.world import RobotSpec, WorldFile
+from robots.world import WorldFile
 from sim.bodies import SimulatedBody
 from sim.physics.scene import Scene
 
-Point = tuple[float, float]
 RANGE_M = 1.1
 """Distance from the charger's beacon within which a rover can be charged: by its approach point."""
 
@@ -16,12 +15,14 @@ class Chargers:
     """The chargers of a world. Those that charge a rover are known by the rovers that are being charged."""
 
     def __init__(self, world: WorldFile) -> None:
-        self._of = {spec.name: _places(world, spec) for spec in world.simulated}
+        self._of = {
+            spec.name: [(place.name, place.at) for place in world.chargers_of(spec)]
+            for spec in world.simulated
+        }
 
     def serve(self, bodies: Mapping[str, SimulatedBody], scene: Scene) -> Collection[str]:
         """The rovers that are charged if they stand still: of several at a charger the one that it charges already,
-        else the first.
-        """
+        else the first."""
         needing = [name for name, body in bodies.items() if self._of[name] and body.battery.needs_charge]
         needing.sort(key=lambda name: not bodies[name].battery.charging)
         taken: set[str] = set()
@@ -34,7 +35,3 @@ class Chargers:
                 taken.add(free)
                 served.add(name)
         return served
-
-
-def _places(world: WorldFile, spec: RobotSpec) -> Iterable[tuple[str, Point]]:
-    return [(place.name, place.at) for place in world.chargers_of(spec)]

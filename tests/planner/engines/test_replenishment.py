@@ -119,18 +119,22 @@ def test_a_robot_goes_to_its_charger_between_two_goals_and_drives_on_from_there(
         assert "CHARGE" in mine
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_plans_in_random_stores_keep_all_batteries(seed: int) -> None:
+def drawn(world: WorldFile, seed: int, *, battery_wh: float) -> PlanningProblem:
+    """A goal for each sample, with small batteries at random levels."""
     chance = random.Random(seed)
-    shape = store_shape(samples=3, aisles=2, store_robots=2, yard_robots=2, doors=2, bays=12)
-    world = generate_world(shape, seed=seed, in_phases=bool(seed % 2))
     robots = tuple(
-        robot.model_copy(update={"battery": round(chance.uniform(0.2, 0.5), 3), "battery_wh": 1.5})
+        robot.model_copy(update={"battery": round(chance.uniform(0.2, 0.5), 3), "battery_wh": battery_wh})
         for robot in world.robots
     )
     world = world.model_copy(update={"robots": robots})
     facts = Store(world).facts
-    problem = goal_problem(world, facts, drawn_goals(world, facts, 3, seed, BASE), BASE)
+    return goal_problem(world, facts, drawn_goals(world, facts, len(world.samples), seed, BASE), BASE)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_plans_in_random_stores_keep_all_batteries(seed: int) -> None:
+    shape = store_shape(samples=3, aisles=2, store_robots=2, yard_robots=2, doors=2, bays=12)
+    problem = drawn(generate_world(shape, seed=seed, in_phases=bool(seed % 2)), seed, battery_wh=1.5)
     net = planned(problem)
     plain = asked(replace(problem, numbers={})).plan_net
     assert plain is not None
@@ -257,17 +261,8 @@ def test_a_repair_of_a_robot_that_has_become_low_charges_it_first() -> None:
 @pytest.mark.parametrize("seed", [8, 10, 14])
 def test_robots_take_turns_at_a_charger_that_they_share(seed: int) -> None:
     """In stores where one of them drives to it first, or some are too far from it for what their batteries hold."""
-    chance = random.Random(seed)
     shape = store_shape(samples=6, aisles=2, store_robots=2, yard_robots=3, doors=2, bays=12)
-    world = generate_world(shape, seed=seed, shared_chargers=True)
-    robots = tuple(
-        robot.model_copy(update={"battery": round(chance.uniform(0.2, 0.5), 3), "battery_wh": 1.2})
-        for robot in world.robots
-    )
-    world = world.model_copy(update={"robots": robots})
-    facts = Store(world).facts
-    problem = goal_problem(world, facts, drawn_goals(world, facts, 6, seed, BASE), BASE)
-    net = planned(problem)
+    net = planned(drawn(generate_world(shape, seed=seed, shared_chargers=True), seed, battery_wh=1.2))
     users = [one.agents[0] for one in net.actions if one.arguments.get("ref") == "charger_yard"]
     assert len(set(users)) > 1
 
