@@ -85,17 +85,25 @@ class WaitingGoals:
             raise
 
     def _end_waits(self, world: str) -> None:
-        """Count a release if the time is over for which a goal waits."""
+        """Count a release if the time is over for which a goal waits; start a workflow again that has failed."""
         now_s = self._wall_clock.monotonic_s()
         if now_s < self._looked_at_s.get(world, -LOOK_S) + LOOK_S:
             return
         with self._database.read() as session:
-            is_over = self._has_waited(session, world)
-        if is_over:
+            is_due = self._has_waited(session, world) or self._has_failed(session, world)
+        if is_due:
             with self._database.write() as session:
+                if self._has_failed(session, world):
+                    self._facts.lock(session, world).waiting_workflow = None
+                    self._wake(session, world)
                 if self._has_waited(session, world):
                     self.release(session, world)
         self._looked_at_s[world] = now_s
+
+    def _has_failed(self, session: Session, world: str) -> bool:
+        """Whether the workflow that is to plan the world's waiting goals has ended without having begun them."""
+        workflow = summary_of(session, world).waiting_workflow
+        return workflow is not None and self._workflows.has_ended(workflow)
 
     def _has_waited(self, session: Session, world: str) -> bool:
         """Whether the time is over for a goal that no release has had planned again."""
@@ -147,23 +155,41 @@ class WaitingGoals:
 
         A goal that it was planning when its process ended comes first: it waits no longer, and nothing else plans it.
         """
+        goal_id = step("begin", lambda: self._begin(world))
         for _ in range(GOALS_PER_WORKFLOW):
-            goal_id = step("next", lambda: self._next(world))
             if goal_id is None:
                 return
             plan(goal_id)
-        step("continue", lambda: self._continue_as_new(world))
+            goal_id = step("next", lambda: self._next(world))
+        if goal_id is not None:
+            step("continue", lambda: self._continue_as_new(world))
+
+    def _begin(self, world: str) -> str | None:
+        """The first goal; a release from now on starts another workflow."""
+        with self._database.write() as session:
+            row = self._facts.lock(session, world)
+            if row.waiting_workflow == current_workflow():
+                row.waiting_workflow = None
+            return self._first(session, world)
 
     def _next(self, world: str) -> str | None:
         with self._database.read() as session:
-            return _being_planned(session, world) or most_urgent(session, world)
+            return self._first(session, world)
+
+    @staticmethod
+    def _first(session: Session, world: str) -> str | None:
+        return _being_planned(session, world) or most_urgent(session, world)
 
     def _continue_as_new(self, world: str) -> None:
         with self._database.write() as session:
             self._wake(session, world)
 
     def _wake(self, session: Session, world: str) -> None:
-        self._workflows.start(session, WAITING, PLAN_WAITING, new_id("waiting"), world)
+        """Start the workflow, unless one has been started that has not begun: it sees what this transaction commits."""
+        row = self._facts.lock(session, world)
+        if row.waiting_workflow is None:
+            row.waiting_workflow = new_id("waiting")
+            self._workflows.start(session, WAITING, PLAN_WAITING, row.waiting_workflow, world)
 
 
 def _waiting_goals(world: str) -> Select[GoalRow]:

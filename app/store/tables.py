@@ -79,7 +79,8 @@ class WorldRow(Base):
     `version` counts the changes of its facts, `releases` how often something in it became free; `run` is the id of the
     run that the facts belong to, None if it cannot be continued. `numbers_version` counts the changes of its numeric
     facts. `announced_run` is the run that the service announces or has announced itself, `announced_from` the epoch
-    seconds at which that run's time was 0.
+    seconds at which that run's time was 0. `waiting_workflow` is the workflow that is to plan the world's waiting
+    goals, until it begins.
     """
 
     __tablename__ = "worlds"
@@ -88,6 +89,7 @@ class WorldRow(Base):
     layout: Mapped[dict[str, Any]]
     version: Mapped[int] = mapped_column(default=1)
     releases: Mapped[int] = mapped_column(default=0)
+    waiting_workflow: Mapped[str | None] = mapped_column(String(64))
     run: Mapped[str | None] = mapped_column(String(64))
     numbers_version: Mapped[int] = mapped_column(default=0, server_default="0")
     announced_run: Mapped[str | None] = mapped_column(String(64))

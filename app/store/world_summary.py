@@ -28,11 +28,13 @@ class WorldSummary:
     """The counters of a world's row, the number of its newest edition, and whether it has rows of other tables.
 
     :param has_holds: some hold stands.
+    :param waiting_workflow: of the world's row.
     """
 
     version: int
     numbers_version: int
     releases: int
+    waiting_workflow: str | None
     edition: int
     has_holds: bool
     has_roles: bool
@@ -46,6 +48,7 @@ NOTHING = WorldSummary(
     version=0,
     numbers_version=0,
     releases=0,
+    waiting_workflow=None,
     edition=0,
     has_holds=False,
     has_roles=False,
@@ -61,6 +64,7 @@ _QUERY = select(
     WorldRow.version,
     WorldRow.numbers_version,
     WorldRow.releases,
+    WorldRow.waiting_workflow,
     func.coalesce(
         select(func.max(EditionRow.edition)).where(EditionRow.world == _WORLD).scalar_subquery(), 0
     ).label("edition"),

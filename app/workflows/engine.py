@@ -171,6 +171,13 @@ class Workflows:
         after_commit(session, lambda: self.poll(queue))
         announce(session, queue.name)
 
+    def has_ended(self, workflow_id: str) -> bool:
+        """True if a workflow has ended, however it did, or if there is none of that id."""
+        found = self._connected.list_workflows(
+            workflow_ids=[workflow_id], load_input=False, load_output=False
+        )
+        return all(one.status not in ("ENQUEUED", "PENDING") for one in found)
+
     @property
     def topics(self) -> Mapping[str, Callable[[], None]]:
         """The topics of other processes' announcements that this one handles, each with its handler."""

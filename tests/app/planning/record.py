@@ -27,6 +27,10 @@ class RecordedWorkflows:
 
     def __init__(self) -> None:
         self.started: list[tuple[str, str]] = []
+        self.has_all_ended = False
+
+    def has_ended(self, workflow_id: str) -> bool:
+        return self.has_all_ended
 
     def start(
         self,

@@ -1,7 +1,8 @@
 """Which of the goals that wait is planned next."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing
+from contextvars import copy_context
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
@@ -13,7 +14,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.lifecycles.goal import GoalState
-from app.planning.waiting_goals import GOALS_PER_WORKFLOW, WaitingGoals, most_urgent
+from app.planning.waiting_goals import GOALS_PER_WORKFLOW, LOOK_S, WaitingGoals, most_urgent
 from app.store import Database, GoalRow, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore
@@ -21,7 +22,11 @@ from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
 from app.store.reservations import Reservations
 from app.workflows import PLAN_WAITING, WAITING, Workflows
+from app.workflows.steps import CURRENT_RUN, Run
 from planner import load_knowledge_base
+from robots.clock import ManualClock
+from tests.app.planning.record import RecordedWorkflows
+from tests.app.stepped_clock import SteppedClock
 from tests.waiting import until
 
 
@@ -117,6 +122,101 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(
         goals.release(session, "lab")
     assert [planned.get(timeout=30) for _ in names] == names
     until(lambda: [one.status for one in DBOS.list_workflows(name=PLAN_WAITING)] == ["SUCCESS"] * 3)
+
+
+class Planner:
+    """Plans waiting goals of the world `lab` with workflows that the test runs."""
+
+    def __init__(self, lab: Database, *, wall_clock: SteppedClock) -> None:
+        self.workflows = RecordedWorkflows()
+        self.goals = WaitingGoals(
+            core_of(lab, self.workflows),  # type: ignore[arg-type]
+            clocks={"lab": ManualClock()},
+            wall_clock=wall_clock,
+        )
+        self.planned: list[str] = []
+        self.meanwhile: Callable[[], None] = lambda: None
+        """Happens during the next planning."""
+        self._lab = lab
+
+    def release(self) -> str | None:
+        """The workflow that is to begin after it."""
+        with self._lab.write() as session:
+            self.goals.release(session, "lab")
+        return self.to_begin
+
+    @property
+    def to_begin(self) -> str | None:
+        with self._lab.read() as session:
+            return session.get_one(WorldRow, "lab").waiting_workflow
+
+    def run(self, workflow: str | None) -> None:
+        assert workflow is not None
+        context = copy_context()
+        context.run(CURRENT_RUN.set, Run(workflow))
+        context.run(self.goals.run, "lab", plan=self._plan)
+
+    def _plan(self, goal_id: str) -> None:
+        self.planned.append(goal_id)
+        with self._lab.write() as session:
+            session.get_one(GoalRow, goal_id).releases_seen = session.get_one(WorldRow, "lab").releases
+        meanwhile, self.meanwhile = self.meanwhile, lambda: None
+        meanwhile()
+
+
+@pytest.fixture
+def wall_clock() -> SteppedClock:
+    return SteppedClock()
+
+
+@pytest.fixture
+def planner(lab: Database, wall_clock: SteppedClock) -> Planner:
+    with lab.write() as session:
+        waiting(session, "one")
+    return Planner(lab, wall_clock=wall_clock)
+
+
+def test_releases_until_the_workflow_begins_start_one(planner: Planner) -> None:
+    workflow = planner.release()
+    assert planner.release() == workflow
+    assert planner.workflows.started == [(PLAN_WAITING, "lab")]
+    planner.run(workflow)
+    assert planner.planned == ["one"]
+    assert planner.to_begin is None
+
+
+def test_a_release_after_the_workflow_has_begun_starts_another(planner: Planner) -> None:
+    planner.meanwhile = lambda: assert_new(planner, workflow)
+    workflow = planner.release()
+    planner.run(workflow)
+    assert planner.planned == ["one", "one"]  # it had not ended
+    planner.run(planner.to_begin)
+    assert planner.planned == ["one", "one"]
+    assert planner.to_begin is None
+
+
+def assert_new(planner: Planner, workflow: str | None) -> None:
+    assert planner.release() not in (None, workflow)
+
+
+def test_a_workflow_that_is_run_again_leaves_the_one_that_is_to_begin(planner: Planner) -> None:
+    first = planner.release()
+    planner.run(first)
+    second = planner.release()
+    planner.run(first)
+    assert planner.to_begin == second
+
+
+def test_a_workflow_that_failed_before_it_had_begun_is_started_again(
+    planner: Planner, wall_clock: SteppedClock
+) -> None:
+    failed = planner.release()
+    for has_ended, expected in ((False, 1), (True, 2)):
+        planner.workflows.has_all_ended = has_ended
+        wall_clock.advance(LOOK_S)
+        planner.goals.handle_availability("lab")
+        assert len(planner.workflows.started) == expected
+    assert planner.to_begin not in (None, failed)
 
 
 def test_an_available_robot_is_not_forgotten_while_the_database_is_away_or_another_comes(

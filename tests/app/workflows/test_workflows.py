@@ -79,6 +79,21 @@ def test_a_workflow_begins_when_its_transaction_commits_and_not_with_the_next_lo
     assert carried_out.get(timeout=30) == "another"
 
 
+def test_a_workflow_has_ended_once_its_end_is_recorded(
+    database: Database, workflows: Workflows, carried_out: Queue[str]
+) -> None:
+    assert workflows.has_ended("unknown")
+    over = threading.Event()
+    workflows.register("wait", lambda _: step("wait", lambda: not carried_out.put("begun") and over.wait()))
+    with database.write() as session:
+        workflows.start(session, MISSIONS, "wait", "first", "one")
+    assert not workflows.has_ended("first")
+    assert carried_out.get(timeout=30) == "begun"
+    assert not workflows.has_ended("first")
+    over.set()
+    until(lambda: workflows.has_ended("first"))
+
+
 def test_a_process_that_others_take_for_dead_dequeues_nothing(
     database: Database, carried_out: Queue[str]
 ) -> None:
