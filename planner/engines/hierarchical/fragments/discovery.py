@@ -143,10 +143,12 @@ def _without(
     kinds = [item for item in without if isinstance(item, int)]
     if kinds:
         world = small_world(index, goals, min(level, LEVELS - 1), kinds)
-        wider = task_of(index, world, goals, limit=MAX_STEPS, is_over=is_over)
-        if wider is None:
+        if world <= task.objects:
+            task = task.among(world)
+        elif (other := task_of(index, world, goals, limit=MAX_STEPS, is_over=is_over)) is not None:
+            task = other
+        else:
             return None
-        task = wider
     return task.without([item for item in without if not isinstance(item, int)])
 
 

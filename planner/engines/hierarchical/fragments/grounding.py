@@ -43,7 +43,11 @@ def task_of(
             if len(steps) > limit or (len(steps) % 1024 == 0 and is_over()):
                 return None
     return Task(
-        steps=tuple(steps), initial=numbering.initial(index), goal=numbering.goal, width=numbering.width
+        objects=objects,
+        steps=tuple(steps),
+        initial=numbering.initial(index),
+        goal=numbering.goal,
+        width=numbering.width,
     )
 
 

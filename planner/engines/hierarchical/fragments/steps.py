@@ -1,7 +1,7 @@
 """Ground operators as bit masks, and the tasks they make up."""
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from planner.knowledge import Operator
@@ -33,8 +33,12 @@ class Step:
 @dataclass(frozen=True, kw_only=True)
 class Task:
     """A small world to search: its initial state, its steps and the goals as bits of their own (only intended
-    effects set them)."""
+    effects set them).
 
+    :param objects: those that the steps' arguments are chosen from.
+    """
+
+    objects: frozenset[str]
     steps: tuple[Step, ...]
     initial: int
     goal: int
@@ -66,8 +70,12 @@ class Task:
 
     def without(self, left_out: Collection[tuple[str, int]]) -> "Task":
         """The task without the actions of these names and numbers of agents."""
-        steps = tuple(step for step in self.steps if step.variant not in left_out)
-        return Task(steps=steps, initial=self.initial, goal=self.goal, width=self.width)
+        return replace(self, steps=tuple(step for step in self.steps if step.variant not in left_out))
+
+    def among(self, objects: frozenset[str]) -> "Task":
+        """The task cut down to some of its objects."""
+        steps = tuple(step for step in self.steps if objects.issuperset(step.args))
+        return replace(self, objects=objects, steps=steps)
 
 
 def bits(mask: int) -> Iterator[int]:

@@ -2,11 +2,18 @@
 
 import random
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner import load_knowledge_base
+from planner.engines.hierarchical.fragments.discovery import MAX_STEPS
 from planner.engines.hierarchical.fragments.fragment import Fragments
+from planner.engines.hierarchical.fragments.grounding import task_of
+from planner.engines.hierarchical.fragments.heuristic import is_reachable
+from planner.engines.hierarchical.fragments.relevance import LEVELS, small_world
+from planner.engines.hierarchical.fragments.steps import Task
+from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from planner.relaxation import unreachable_goals
 from tests.planner.engines.hierarchical.checks import fragments_of, tags
 from tests.planner.engines.hierarchical.worlds import Store
@@ -39,6 +46,32 @@ def test_fragments_of_random_goals_are_valid(
     found = fragments_of(LEARNT, problem)
     assert found
     assert not unreachable_goals(BASE, problem)
+
+
+@pytest.mark.parametrize("level", range(LEVELS))
+def test_a_task_cut_down_has_the_steps_of_the_smaller_world(level: int) -> None:
+    world = Store(aisles=2, yard_robots=2, store_robots=2, interchanges=2)
+    problem = world.problem([inside("s0", "bay_1_3")], {"s0": "bay_0_1", "s1": "bay_1_3", "s2": "door_0"})
+    index = WorldIndex(BASE, problem)
+
+    def task_among(objects: frozenset[str]) -> Task:
+        task = task_of(index, objects, problem.goals, limit=MAX_STEPS, is_over=lambda: False)
+        assert task is not None
+        return task
+
+    whole = task_among(small_world(index, problem.goals, level))
+    assert len(index.members) > 1
+    for kind in index.members:
+        smaller = small_world(index, problem.goals, level, [kind])
+        assert smaller < whole.objects
+        cut, ground = whole.among(smaller), task_among(smaller)
+        assert steps_of(cut) == steps_of(ground)
+        assert len(cut.steps) < len(whole.steps)
+        assert is_reachable(cut) == is_reachable(ground)
+
+
+def steps_of(task: Task) -> set[tuple[str, tuple[str, ...], float]]:
+    return {(step.op.name, step.args, step.cost) for step in task.steps}
 
 
 def test_every_goal_of_a_large_store_has_the_fragment_of_the_first() -> None:
