@@ -50,13 +50,14 @@ _last: list[Network] = []
 
 
 def _network(knowledge_base: KnowledgeBase, problem: PlanningProblem) -> Network:
-    """The problem's network: that of the bound before, which is taken, if it is made of the same."""
+    """The problem's network: that of the bound before, which is taken, as far as it is made of the same."""
     classes = AgentClasses(knowledge_base, problem)
+    kept = None
     with suppress(IndexError):  # there is none yet, or another thread has it
         kept = _last.pop()
         if kept.world.is_of(knowledge_base, problem, classes):
             return kept
-    return Network(World(knowledge_base, problem, classes))
+    return Network(World(knowledge_base, problem, classes), like=kept)
 
 
 MAX_CLASSES = 4

@@ -104,24 +104,38 @@ def joined_thing_edges(blocks: Sequence[tuple[Sequence[Ints], Sequence[Part]]]) 
 
 
 class Network:
-    """Edges of configurations (`agent_edges`) and of states (`thing_edges`, with the part of each agent).
+    """Edges of configurations (`agent_edges`) and of states (`thing_edges`, with the part of each agent)."""
 
-    :raises NotModelled: if two parameters of an action could be the same agent or thing, or the problem is too large.
-    """
-
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, *, like: "Network | None" = None) -> None:
+        """
+        :param like: another network, which is taken over as far as it is the same, and not used any more.
+        :raises NotModelled: if two parameters of an action could be the same agent or thing, or the problem is too
+            large.
+        """
         self.world = world
+        has_same_moves = like is not None and world.has_moves_of(like.world)
+        self._moves: Moves = like._moves if like is not None and has_same_moves else Moves(world)
+        world.reach(self._moves.steps)
         self.configurations = Nodes()
         self.states = Nodes()
-        self._moves = moves = Moves(world)
+        self.agent_edges: AgentEdges
+        self.thing_edges: ThingEdges
+        if like is not None and has_same_moves and world.has_edges_of(like.world, self._moves.steps):
+            self.configurations = like.configurations
+            self.states = like.states
+            self.agent_edges = like.agent_edges
+            self.thing_edges = like.thing_edges
+        else:
+            self.agent_edges, self.thing_edges = self._edges()
+
+    def _edges(self) -> tuple[AgentEdges, ThingEdges]:
         agent_edges: list[tuple[Ints, ...]] = [(np.zeros(0, np.int64),) * 3]
         thing_edges: list[tuple[tuple[Ints, ...], list[Part]]] = []
-        world.reach(moves.steps)
-        for step in moves.steps:
+        for step in self._moves.steps:
             agent_edges += self._agent_edges(step)
-            thing_edges += [deed for kind in world.thing_types for deed in self._thing_edges(step, kind)]
-        self.agent_edges = AgentEdges(*(np.concatenate(column) for column in zip(*agent_edges, strict=True)))
-        self.thing_edges = joined_thing_edges(thing_edges)
+            thing_edges += [deed for kind in self.world.thing_types for deed in self._thing_edges(step, kind)]
+        joined = AgentEdges(*(np.concatenate(column) for column in zip(*agent_edges, strict=True)))
+        return joined, joined_thing_edges(thing_edges)
 
     def configuration(self, agent: str, facts: Iterable[Fact]) -> int:
         """The number of an agent's configuration among these facts."""

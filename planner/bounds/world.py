@@ -104,6 +104,27 @@ class World:
             and own.zones == problem.zones
         )
 
+    def has_moves_of(self, other: "World") -> bool:
+        """True if operators do the same to the same variables here and in another quotient."""
+        return (
+            self.base is other.base
+            and self.problem.objects == other.problem.objects
+            and self.representative == other.representative
+            and self.things == other.things
+            and self.of_agents == other.of_agents
+            and self.of_things == other.of_things
+        )
+
+    def has_edges_of(self, other: "World", steps: Sequence[Step]) -> bool:
+        """True if the steps lead to the same in the same time here and in another quotient with the same moves; of
+        both it is known what the steps reach."""
+        asked = {one.predicate for step in steps for one in (*self._statics(step.op), *step.conditions)}
+        return (
+            self.problem.functions == other.problem.functions
+            and self.problem.zones == other.problem.zones
+            and all(self._all[predicate] == other._all[predicate] for predicate in asked)
+        )
+
     def is_a(self, kind: str, wanted: str) -> bool:
         return self.base.file.is_a(kind, wanted)
 

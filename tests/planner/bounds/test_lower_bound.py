@@ -7,12 +7,15 @@ import pytest
 
 from benchmarks.planner.instances import FAMILIES
 from benchmarks.planner.optimum import optimum
-from planner import Fact, KnowledgeBase, PlanningRequest, read_knowledge_base
+from planner import Fact, KnowledgeBase, PlanningProblem, PlanningRequest, read_knowledge_base
 from planner.bounds import lower_bound_s
+from planner.bounds.network import Network
+from planner.bounds.world import World
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.knowledge import scale_term
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract
+from planner.problem.robot_classes import AgentClasses
 from tests.planner.engines.hierarchical.survey import SURVEY, survey
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.large_store import LargeStore
@@ -63,12 +66,15 @@ def test_a_bound_does_not_depend_on_what_was_bounded_before(knowledge_base: Know
     stands = next(f for f in problem.facts if f.predicate == "robot_position" and f.args[0] == "yard_1")
     elsewhere = problem.facts - {stands} | {Fact("robot_position", ("yard_1", "near", "door_2"))}
     one_less = frozenset(f for f in problem.facts if f.predicate != "can" or f.args[0] != "yard_1")
+    lies = next(f for f in problem.facts if f.predicate == "object_position" and f.args[0] == "sample_1")
+    put = problem.facts - {lies} | {inside("sample_1", "bay_5")}
     every = [
         problem,
         moved,
         replace(problem, functions=slower),
         replace(problem, facts=elsewhere),
         replace(problem, facts=one_less),
+        replace(problem, facts=put),
         replace(problem, recruits={problem.goals[0]: frozenset({"yard_2", "store_1"})}),
     ]
     found: dict[int, dict[int, float]] = {before: {} for before in range(len(every))}
@@ -77,6 +83,24 @@ def test_a_bound_does_not_depend_on_what_was_bounded_before(knowledge_base: Know
         found[before][after] = lower_bound_s(knowledge_base, every[after])
     assert all(bounds == found[0] for bounds in found.values())
     assert len(set(found[0].values())) >= 4
+
+
+def test_a_network_is_taken_over_by_a_problem_in_which_the_same_is_within_reach(
+    knowledge_base: KnowledgeBase,
+) -> None:
+    problem = store_problem([inside("sample_1", "bay_7")])
+    lies = next(f for f in problem.facts if f.predicate == "object_position" and f.args[0] == "sample_1")
+    put = replace(problem, facts=problem.facts - {lies} | {inside("sample_1", "bay_5")})
+    cannot = Fact("can", ("yard_1", "DOCK"))
+    assert cannot in problem.facts
+    one_less = replace(problem, facts=problem.facts - {cannot})
+
+    def network_of(one: PlanningProblem, like: Network | None = None) -> Network:
+        return Network(World(knowledge_base, one, AgentClasses(knowledge_base, one)), like=like)
+
+    first = network_of(problem)
+    assert network_of(put, first).thing_edges is first.thing_edges
+    assert network_of(one_less, first).thing_edges is not first.thing_edges
 
 
 def test_a_goal_that_holds_needs_nothing(knowledge_base: KnowledgeBase) -> None:
