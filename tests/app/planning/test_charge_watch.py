@@ -177,6 +177,24 @@ def test_after_a_goal_without_a_plan_the_next_is_stated_only_later(
     assert looked(service, world_file, api, AGAIN_AFTER_S + 60) == 2
 
 
+def test_only_the_process_that_holds_the_worlds_lease_states_goals(
+    api: TestClient, service: Service, follow: Follow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    turns: list[str] = []
+
+    def is_anothers(world: str) -> bool:
+        turns.append(world)
+        return False
+
+    monkeypatch.setattr(service.executors, "holds_lease", is_anothers)
+    tell(api, LOW)
+    turns.clear()
+    until(lambda: len(turns) > 10)
+    assert goals(api) == []
+    monkeypatch.undo()
+    stated(api, follow, "finished")
+
+
 class Refusing:
     """Takes no goal."""
 
