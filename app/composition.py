@@ -54,6 +54,7 @@ from app.packs.pack_set import difference
 from app.planning.alternatives import Alternatives, AlternativesJob
 from app.planning.approval import PlanApproval
 from app.planning.bids import PlanBids
+from app.planning.charge_watch import ChargeWatch, charging_range
 from app.planning.explanations import Explanations
 from app.planning.export import PlanExport
 from app.planning.goal_planning import GoalPlanningJob
@@ -349,6 +350,10 @@ class Service:
         )
         self._hold_watch = HoldWatch(core, worlds=self._files, goals=self.goals)
         self._files.removed.append(self._hold_watch.forget)
+        self._charge_watch = ChargeWatch(
+            core, worlds=self._files, goals=self.goals, low_battery=settings.low_battery
+        )
+        self._files.removed.append(self._charge_watch.forget)
 
     def _wire_missions(self) -> None:
         """From an approved plan to the mission's end."""
@@ -465,7 +470,7 @@ class Service:
             _call_all,
             (
                 partial(self._waiting_goals.handle_availability, name),
-                partial(self._follow_holds, name),
+                partial(self._follow_record, name),
                 partial(self._record_impersonations, name),
             ),
         )
@@ -513,6 +518,7 @@ class Service:
                 board=self.board,
                 clock=world.clock,
                 low_battery=self.settings.low_battery,
+                bounds=charging_range(self.core.knowledge_base, self.settings.low_battery),
                 release=self._waiting_goals.release,
                 robots=lambda: self._files[name].robots_by_name,
             ).record,
@@ -544,10 +550,11 @@ class Service:
         if (watch := self._watches.get(world)) is not None and self.executors.holds_lease(world):
             self._counters.save(world, watch.accepted)
 
-    def _follow_holds(self, world: str) -> None:
+    def _follow_record(self, world: str) -> None:
         if self.executors.holds_lease(world):
             self.holds.follow(world)
             self._hold_watch.follow(world)
+            self._charge_watch.follow(world)
 
     @cached_property
     def api(self) -> FastAPI:

@@ -1,6 +1,6 @@
 """Robots' batteries as numeric facts: recorded from telemetry when they have moved far enough to matter."""
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Collection, Container, Mapping
 
 from sqlalchemy.orm import Session
 
@@ -33,12 +33,14 @@ class BatteryRecord:
         low_battery: float,
         release: Callable[[Session, str], None],
         robots: Callable[[], Container[str]],
+        bounds: Collection[float] = (),
     ) -> None:
         """
         :param clock: the world's.
         :param low_battery: a robot whose battery holds less is not recruited.
         :param release: has the world's waiting goals planned again, in the transaction.
         :param robots: the world's robots; doors, hatches and lifts have no battery.
+        :param bounds: what else batteries are compared with; one that has passed such a level is recorded.
         """
         self._database = core.database
         self._numbers = core.facts.numbers
@@ -50,7 +52,7 @@ class BatteryRecord:
         self._release = release
         self._robots = robots
         compared = (one.number for one in core.knowledge_base.comparisons.values() if one.quantity == BATTERY)
-        self._bounds = frozenset({low_battery, *compared})
+        self._bounds = frozenset({low_battery, *bounds, *compared})
         self._seen: dict[str, Telemetry] = {}
         """By robot, the telemetry that was last compared with the record."""
 

@@ -19,7 +19,7 @@ from tests.app.sample_store import Store
 
 STORE = Store()
 WORLD = "sample_store"
-LOW = 0.2
+LOW, CHARGED_BELOW = 0.2, 0.3
 
 
 class Recording:
@@ -55,6 +55,7 @@ class Recording:
             low_battery=LOW,
             release=self._release,
             robots=lambda: STORE.world.robots_by_name,
+            bounds=(LOW, CHARGED_BELOW),
         )
 
     def _release(self, session: Session, world: str) -> None:
@@ -93,6 +94,11 @@ def test_it_is_recorded_step_by_step(recording: Recording) -> None:
 def test_less_than_a_step_is_recorded_if_it_passes_the_limit_of_recruiting(recording: Recording) -> None:
     recording.tell(0.21, 0.206, 0.198, 0.196, 0.201, 0.203)
     assert recording.recorded == [0.21, 0.198, 0.203]
+
+
+def test_likewise_if_it_passes_another_level_that_batteries_are_compared_with(recording: Recording) -> None:
+    recording.tell(0.31, 0.302, 0.297, 0.292)
+    assert recording.recorded == [0.31, 0.297]
 
 
 def test_a_reading_that_trembles_at_the_limit_is_recorded_once(recording: Recording) -> None:

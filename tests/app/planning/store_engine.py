@@ -26,7 +26,9 @@ INTERCHANGES = ("interchange_2", "interchange_1")
 
 
 class StoreEngine:
-    """Plans goals such as in(sample_1, bay_7), each sample over one interchange at most, one after the other."""
+    """Plans goals such as in(sample_1, bay_7), each sample over one interchange at most, one after the other, and
+    charged(yard_1, charger_1).
+    """
 
     name = "store rules"
 
@@ -71,7 +73,9 @@ class _Steps:
         self.area = {fact.args[0]: fact.args[1] for fact in facts if fact.predicate == "in_area"}
 
     def achieve(self, goal: Fact) -> bool:
-        """Carry the goal's sample to its place; False if no robots can."""
+        """Carry the goal's sample to its place, or charge its robot; False if no robots can."""
+        if goal.predicate != "object_position":
+            return goal.predicate == "charged" and self._charge(*goal.args)
         sample, _, end = goal.args
         (start,) = (
             fact.args[2]
@@ -86,6 +90,15 @@ class _Steps:
         for robot, source, target in legs:
             self._carry(robot, sample, source, target)
         return bool(legs)
+
+    def _charge(self, robot: str, place: str) -> bool:
+        needed = {Fact("can", (robot, "NAVIGATE")), Fact("reaches", (robot, place))}
+        if not needed <= self.problem.facts:
+            return False
+        self._clear(place, robot)
+        self._drive(robot, place)
+        self._add("CHARGE", {"robot": robot, "rel": "near", "ref": place})
+        return True
 
     def _ways(self, start: str, end: str) -> Iterator[Sequence[tuple[str, str, str]]]:
         """Who may carry something from where to where, best first."""
