@@ -12,6 +12,7 @@ const ACTUAL_PX = 7;
 const SIDE_PX = 10;
 export const LETTER_PX = 6.9;
 const LINE_PX = 12;
+const BENEATH_PX = 46; // from a lane's top to the labels between its bars and those of the next
 const MAX_LABELLED_LINKS = 14; // of more links only those of the selected action are labelled
 const MAX_LINKS = 400;
 const MIN_TICK_PX = 64;
@@ -140,12 +141,12 @@ function arrow(link, from, to, scale, labels) {
     { class: "link" },
     svg("title", {}, `${link.producer} → ${text} → ${link.consumer}`),
     svg("path", { d: path, "marker-end": "url(#arrow)" }),
-    labels ? linkLabel(text, (x1 + x2) / 2, isSameLane ? under + 16 : (y1 + y2) / 2 + 4, scale, labels) : null,
+    labels ? linkLabel(text, (x1 + x2) / 2, isSameLane ? under + 16 : (y1 + y2) / 2, scale, labels) : null,
   );
 }
 
 /**
- * A label as near to its place as the labels placed before leave room.
+ * A label between the bars of two lanes, as near to its place as the labels placed before leave room.
  * @param {string} text @param {number} x @param {number} y @param {PictureScale} scale @param {LabelBox[]} labels
  */
 function linkLabel(text, x, y, scale, labels) {
@@ -153,8 +154,9 @@ function linkLabel(text, x, y, scale, labels) {
   const left = Math.min(Math.max(x, half), Math.max(half, scale.width - half));
   /** @param {number} candidate */
   const isFree = (candidate) => labels.every((other) => Math.abs(other.x - left) >= other.half + half || Math.abs(other.y - candidate) >= LINE_PX);
-  const candidates = [0, 1, -1, 2, -2, 3].map((lines) => y + lines * LINE_PX);
-  const free = candidates.find((candidate) => candidate > TOP_PX && candidate < scale.height && isFree(candidate)) ?? y;
+  const candidates = scale.robots.flatMap((robot) => [BENEATH_PX, BENEATH_PX - LINE_PX].map((line) => scale.y(robot) + line));
+  candidates.sort((one, other) => Math.abs(one - y) - Math.abs(other - y));
+  const free = candidates.find(isFree) ?? candidates[0];
   labels.push({ x: left, y: free, half });
   return svg("text", { x: left, y: free, class: "link-name" }, text);
 }
