@@ -19,7 +19,7 @@ from app.workflows.dbos_internals import (
     poll_seldom,
     reenqueue,
 )
-from app.workflows.queue_listener import QueueListener
+from app.workflows.queue_listener import BUSY_POLLING_S, QueueListener
 from app.workflows.queues import MISSIONS, QUEUES, Queue
 from app.workflows.steps import CURRENT_RUN, Run
 from app.workflows.system_database import create_system_engine, retire
@@ -34,8 +34,8 @@ PostgreSQL is taken from it after 5 s."""
 WAKE = "wake"
 """The topic of the announcement that wakes a workflow of another process, before its id."""
 QUEUE_POLLING_S = 0.25
-"""Polling interval of queues while there is work: every process is notified of new work, and polling every 50 ms kept a
-sixth of a core busy."""
+"""Polling interval of queues while there is work, if several processes take work from them and may get into each
+other's way: every process is notified of new work, and polling every 50 ms kept a sixth of a core busy."""
 EMBEDDED = "embedded"
 
 
@@ -47,20 +47,23 @@ class Workflows:
         database_url: str,
         *,
         serves: Collection[Queue] = QUEUES,
-        queue_polling_s: float = QUEUE_POLLING_S,
+        queue_polling_s: float | None = None,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """
         :param serves: the queues whose workflows this process runs.
-        :param queue_polling_s: polling interval for workflows that were not announced.
+        :param queue_polling_s: polling interval for workflows that were not announced; None: `QUEUE_POLLING_S`, or
+            `BUSY_POLLING_S` where no other process takes any.
         """
         self.engine = create_system_engine(database_url)
         """The connections of DBOS."""
         self._serves = serves
-        self._queue_polling_s = queue_polling_s
         self._clock = clock
         # Workflows of an ended process are recovered by its executor id; the embedded service has always the same.
-        self.executor = EMBEDDED if database_url.startswith("sqlite") else uuid.uuid4().hex
+        is_alone = database_url.startswith("sqlite")
+        self.executor = EMBEDDED if is_alone else uuid.uuid4().hex
+        usual_s = BUSY_POLLING_S if is_alone else QUEUE_POLLING_S
+        self._queue_polling_s = usual_s if queue_polling_s is None else queue_polling_s
         self._is_closing = False
         self._runs: dict[str, Run] = {}
         self._suspected: set[str] = set()
