@@ -52,6 +52,7 @@ function head(goal, due, planning, refresh) {
       badge(tone(state), words(state), { "data-testid": "goal-state" }),
     ),
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
+    goal.created_by === "low_battery" ? el("p", { class: "quiet small" }, "stated by the service: low battery") : null,
     terms.length ? el("ul", { class: "terms", "data-testid": "goal-terms-kept" }, terms) : null,
     due,
     goal.reason ? el("p", { class: "note", "data-testid": "goal-reason" }, goal.reason) : null,
