@@ -113,18 +113,18 @@ class Network:
             large.
         """
         self.world = world
-        has_same_moves = like is not None and world.has_moves_of(like.world)
-        self._moves: Moves = like._moves if like is not None and has_same_moves else Moves(world)
+        same = like if like is not None and world.has_moves_of(like.world) else None
+        self._moves: Moves = Moves(world) if same is None else same._moves
         world.reach(self._moves.steps)
         self.configurations = Nodes()
         self.states = Nodes()
         self.agent_edges: AgentEdges
         self.thing_edges: ThingEdges
-        if like is not None and has_same_moves and world.has_edges_of(like.world, self._moves.steps):
-            self.configurations = like.configurations
-            self.states = like.states
-            self.agent_edges = like.agent_edges
-            self.thing_edges = like.thing_edges
+        if same is not None and world.has_edges_of(same.world, self._moves.steps):
+            self.configurations = same.configurations
+            self.states = same.states
+            self.agent_edges = same.agent_edges
+            self.thing_edges = same.thing_edges
         else:
             self.agent_edges, self.thing_edges = self._edges()
 
