@@ -113,9 +113,13 @@ def test_a_robot_is_taken_out_of_service_with_a_reason_and_brought_back(
     expect(line).not_to_contain_text("out of service")
 
 
-def test_a_sample_and_a_place_picked_on_the_map_become_a_goal(map_of: Page) -> None:
+def test_a_sample_and_a_place_picked_on_the_map_become_a_goal(map_of: Page, service: FakeService) -> None:
     map_of.locator("[data-name=bay_6] rect").click()
     expect(map_of.locator("#pick-note")).to_contain_text("Pick a sample first")
+    service.connection["yard_2"] = "offline"
+    service.publish("robot.offline", "yard_2")
+    expect(map_of.get_by_role("button", name="out of contact yard_2")).to_be_visible()
+    expect(map_of.locator("#pick-note")).to_contain_text("Pick a sample first")  # other changes leave it
     map_of.locator("[data-name=sample_2] rect").click()
     map_of.locator("[data-name=bay_6] rect").click()
     expect(map_of.get_by_test_id("goal-text")).to_have_value("move sample_2 to bay_6")

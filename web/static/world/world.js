@@ -103,7 +103,11 @@ function mountCamera(store) {
  */
 function createPicking(store, writeGoal) {
   const note = byId("pick-note", HTMLElement);
+  let said = "";
   store.subscribe(({ sample, replaying }) => {
+    const key = JSON.stringify([sample, Boolean(replaying)]);
+    if (key === said) return; // what else changes leaves the last note to be read
+    said = key;
     note.textContent = replaying ? "This is a recording." : sample ? `${sample}: pick the place it is to go to.` : "";
   });
   return ({ kind, name }) => {
