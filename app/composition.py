@@ -61,6 +61,7 @@ from app.planning.goal_planning import GoalPlanningJob
 from app.planning.goal_service import GoalService
 from app.planning.hold_service import HoldService
 from app.planning.hold_watch import HoldWatch
+from app.planning.joint_goals import JointGoals
 from app.planning.leg_calls import LegCalls
 from app.planning.limits import PlanningLimits
 from app.planning.pool.pool import PlanningWorker
@@ -315,6 +316,16 @@ class Service:
             approval=self.plans,
             tenders=self.tenders,
             requests=self._requests,
+        )
+        self._joint_goals = JointGoals(
+            core,
+            worlds=self._files,
+            problems=problems,
+            proposals=proposals,
+            approval=self.plans,
+            worker=self._worker,
+            limits=limits,
+            at_most=settings.joint_goals,
         )
         self._recovery = RecoveryJob(
             core,
@@ -673,7 +684,9 @@ class Service:
         workflows.register(PLAN_GOAL, self._goal_planning.run, makes_room_in=planning)
         workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run, makes_room_in=planning)
         workflows.register(RECOVER_MISSION, self._recovery.run, makes_room_in=planning)
-        plan_waiting = partial(self._waiting_goals.run, plan=self._goal_planning.run)
+        plan_waiting = partial(
+            self._waiting_goals.run, plan=self._goal_planning.run, together=self._joint_goals.plan
+        )
         workflows.register(PLAN_WAITING, plan_waiting, makes_room_in=(WAITING,))
         workflows.register(MISSION_LIFE, self._mission_life.run)
         workflows.launch()

@@ -87,6 +87,10 @@ class Settings(BaseSettings):
         default=0.2, ge=0, le=1, description="battery level, 0 to 1, below which a robot is not recruited"
     )
 
+    joint_goals: int = Field(
+        default=4, ge=1, description="most waiting goals that are planned together; 1: each by itself"
+    )
+
     admission: Literal["operator", "all"] = Field(
         default="operator", description="who admits robots that announce themselves and are in no world"
     )

@@ -220,6 +220,10 @@ class GoalBody(BaseModel):
     alternatives: AlternativesSearch | None = Field(
         default=None, description="while plans are open, once alternatives were requested"
     )
+    joint_goal: str | None = Field(
+        default=None,
+        description="the goal that the service has stated to carry it out together with others that waited",
+    )
     plan_id: str | None
     mission_id: str | None
     created_by: str

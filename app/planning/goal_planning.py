@@ -32,6 +32,7 @@ from app.planning.tenders import Tenders, tender_of
 from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
+from app.store.records import joint_goal_of
 from app.workflows import current_workflow
 from planner import KnowledgeBaseError, PlanningRequest, PlanningStatus
 
@@ -81,6 +82,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         goal = subject
         if goal.state not in goal_lifecycle.TO_BE_PLANNED:
             return None
+        if (joint := joint_goal_of(session, goal)) is not None and joint.state in goal_lifecycle.OPEN:
+            return None  # it is carried out
         if goal.state != GoalState.PLANNING:
             self._forget_tender(session, goal)
         tender = tender_of(goal)
@@ -252,7 +255,10 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
 
     def _finish(self, session: Session, goal: GoalRow) -> None:
         self._forget_tender(session, goal)
-        finish_without_mission(session, self._events, goal, TRUE_ALREADY)
+        reason, joint = TRUE_ALREADY, joint_goal_of(session, goal)
+        if joint is not None and joint.outcome == MissionState.COMPLETED:
+            reason = f"carried out together with others by mission {joint.mission_id}"
+        finish_without_mission(session, self._events, goal, reason)
 
     def _propose(self, session: Session, goal: GoalRow, task: PlanningTask, solution: Solution) -> None:
         repairs = task.replaces.repaired_by(solution) if task.replaces else None

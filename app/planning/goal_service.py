@@ -51,7 +51,7 @@ from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders
 from app.store import GoalRow, MissionRow
-from app.store.records import lock_goal, page, refuse_removed
+from app.store.records import joint_goal_of, lock_goal, page, refuse_removed
 from app.store.roles import with_roles_in_force
 from app.store.standing_holds import standing_holds
 from robots.clock import Clock
@@ -475,7 +475,7 @@ class GoalService:
             goal = lock_goal(session, goal_id)
             if goal.outcome == CANCELLED:
                 return goal
-            _refuse_begun(goal)
+            _refuse_begun(goal, joint_goal_of(session, goal))
             reason = f"cancelled: {comment}" if comment else "cancelled"
             goal_lifecycle.withdraw(goal, outcome=CANCELLED, reason=reason)
             goal.planning = None
@@ -497,7 +497,15 @@ class GoalService:
             return page(session, GoalRow, limit=limit, after=after, world=world, state=state)
 
 
-def _refuse_begun(goal: GoalRow) -> None:
+def _refuse_begun(goal: GoalRow, joint: GoalRow | None) -> None:
+    """:param joint: the goal that carries it out together with others."""
+    if joint is not None and joint.state in goal_lifecycle.OPEN:
+        to_cancel = f"goal {joint.id}" if joint.mission_id is None else f"mission {joint.mission_id}"
+        raise Conflict(
+            f"goal {goal.id} is carried out together with others by {joint.id}; cancel {to_cancel}, which cancels the "
+            "others' part, too",
+            code="goal-committed",
+        )
     if goal.state == GoalState.COMMITTED:
         raise Conflict(
             f"goal {goal.id} is being carried out; cancel mission {goal.mission_id}", code="goal-committed"

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection, Mapping
 from threading import Lock
 
 from sqlalchemy import Select, bindparam, select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, aliased
 
 from app.core import Core
 from app.domain.blockers import Blockers
@@ -17,13 +17,17 @@ from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.recovery import RecoveryStep, note_blockers, waits_for
 from app.store import GoalRow, MissionRow, WorldRow
 from app.store.world_summary import summary_of
-from app.workflows import PLAN_WAITING, WAITING, current_workflow, step
+from app.workflows import PLAN_WAITING, WAITING, StepFailed, current_workflow, step
 from robots.clock import Clock
 
 LOOK_S = 5.0
 """Wall-clock seconds between two looks at goals that have waited as long as they are to."""
 GOALS_PER_WORKFLOW = 25
 """Goals after which a new workflow continues, so that the waiting goals of other worlds have their turn."""
+
+
+def _by_themselves(world: str) -> None:
+    """Plan no goals together."""
 
 
 class WaitingGoals:
@@ -90,9 +94,15 @@ class WaitingGoals:
         if now_s < self._looked_at_s.get(world, -LOOK_S) + LOOK_S:
             return
         with self._database.read() as session:
-            is_due = self._has_waited(session, world) or self._has_failed(session, world)
+            is_due = (
+                self._has_waited(session, world)
+                or self._has_failed(session, world)
+                or self._has_left_behind(session, world)
+            )
         if is_due:
             with self._database.write() as session:
+                if self._has_left_behind(session, world):
+                    self._wake(session, world)
                 if self._has_failed(session, world):
                     self._facts.lock(session, world).waiting_workflow = None
                     self._wake(session, world)
@@ -104,6 +114,13 @@ class WaitingGoals:
         """Whether the workflow that is to plan the world's waiting goals has ended without having begun them."""
         workflow = summary_of(session, world).waiting_workflow
         return workflow is not None and self._workflows.has_ended(workflow)
+
+    @staticmethod
+    def _has_left_behind(session: Session, world: str) -> bool:
+        """Whether no workflow is to plan a goal whose joint goal has ended, perhaps without a mission's end."""
+        if summary_of(session, world).waiting_workflow is not None:
+            return False
+        return session.scalar(_LEFT_BEHIND, {"world": world}) is not None
 
     def _has_waited(self, session: Session, world: str) -> bool:
         """Whether the time is over for a goal that no release has had planned again."""
@@ -150,16 +167,29 @@ class WaitingGoals:
         if goal.releases_seen < self._facts.lock(session, goal.world).releases:
             self._wake(session, goal.world)
 
-    def run(self, world: str, *, plan: Callable[[str], None]) -> None:
+    def run(
+        self,
+        world: str,
+        *,
+        plan: Callable[[str], None],
+        together: Callable[[str], bool | None] = _by_themselves,
+    ) -> None:
         """The workflow: plan the world's waiting goals that were last planned before the newest release.
 
         A goal that it was planning when its process ended comes first: it waits no longer, and nothing else plans it.
+
+        :param plan: plans one goal.
+        :param together: plans several together; False if nothing came of it, None if there are none to plan so.
         """
         goal_id = step("begin", lambda: self._begin(world))
+        may_join = True
         for _ in range(GOALS_PER_WORKFLOW):
             if goal_id is None:
                 return
-            plan(goal_id)
+            found = _or_none(lambda: step("together", lambda: together(world))) if may_join else None
+            may_join = found is not False
+            if not found:
+                plan(goal_id)
             goal_id = step("next", lambda: self._next(world))
         if goal_id is not None:
             step("continue", lambda: self._continue_as_new(world))
@@ -192,6 +222,14 @@ class WaitingGoals:
             self._workflows.start(session, WAITING, PLAN_WAITING, row.waiting_workflow, world)
 
 
+def _or_none(plan_together: Callable[[], bool | None]) -> bool | None:
+    """What came of planning goals together; False if that keeps failing: they can still be planned by themselves."""
+    try:
+        return plan_together()
+    except StepFailed:
+        return False
+
+
 def _waiting_goals(world: str) -> Select[GoalRow]:
     waiting = (GoalRow.world == world, GoalRow.state == GoalState.WAITING)
     return select(GoalRow).where(*waiting).order_by(GoalRow.id)
@@ -206,23 +244,25 @@ def _waiting_missions(world: str) -> Select[MissionRow]:
     return select(MissionRow).where(*waiting).order_by(MissionRow.id)
 
 
-_MOST_URGENT = (
-    select(GoalRow.id)
-    .where(
-        GoalRow.world == bindparam("world"),
-        GoalRow.state == GoalState.WAITING,
-        GoalRow.releases_seen
-        < select(WorldRow.releases).where(WorldRow.id == bindparam("world")).scalar_subquery(),
-    )
-    .order_by(
-        GoalRow.priority.desc(),
-        GoalRow.deadline_at_s.is_(None),
-        GoalRow.deadline_at_s,
-        GoalRow.created_at,
-        GoalRow.id,
-    )
-    .limit(1)
+_joint = aliased(GoalRow)
+IS_DUE = (
+    GoalRow.world == bindparam("world"),
+    GoalRow.state == GoalState.WAITING,
+    GoalRow.releases_seen
+    < select(WorldRow.releases).where(WorldRow.id == bindparam("world")).scalar_subquery(),
+    ~select(_joint.id).where(_joint.id == GoalRow.joint_goal, _joint.state.in_(goal_lifecycle.OPEN)).exists(),
 )
+"""Conditions on goals of a world: waiting, last planned before the newest release, carried out by no other goal."""
+BY_URGENCY = (
+    GoalRow.priority.desc(),
+    GoalRow.deadline_at_s.is_(None),
+    GoalRow.deadline_at_s,
+    GoalRow.created_at,
+    GoalRow.id,
+)
+"""The order in which goals are planned: by priority, deadline, age."""
+_MOST_URGENT = select(GoalRow.id).where(*IS_DUE).order_by(*BY_URGENCY).limit(1)
+_LEFT_BEHIND = select(GoalRow.id).where(*IS_DUE, GoalRow.joint_goal.is_not(None)).limit(1)
 
 
 def _being_planned(session: Session, world: str) -> str | None:

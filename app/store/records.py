@@ -77,6 +77,11 @@ def refuse_removed(session: Session, world: str) -> None:
         raise UnknownWorld(world)
 
 
+def joint_goal_of(session: Session, goal: GoalRow) -> GoalRow | None:
+    """The goal that the service stated to carry this one out together with others; None if there is none."""
+    return None if goal.joint_goal is None else session.get(GoalRow, goal.joint_goal)
+
+
 def lock_goal(session: Session, goal_id: str) -> GoalRow:
     """The goal's row, locked.
 

@@ -307,7 +307,8 @@ class GoalRow(Base):
     the progress while planning runs; `planned_by`: the workflow that plans it now; `stop_requested`: planning is to end
     with the best plan so far; `alternatives`: the state of the search for alternatives; `waits_for`: the blockers that
     a waiting goal waits for; `terms`: its constraints, and how its sentence was read; `allocation`: how its robots are
-    chosen; `tender`: the bids for it, see `app.domain.tender_document`.
+    chosen; `tender`: the bids for it, see `app.domain.tender_document`; `joint_goal`: the goal that the service has
+    stated to carry it out together with others that waited, though its mission may have failed.
     """
 
     __tablename__ = "goals"
@@ -335,6 +336,7 @@ class GoalRow(Base):
     terms: Mapped[dict[str, Any]] = mapped_column(default=dict)
     allocation: Mapped[str] = mapped_column(default="central", server_default="central")
     tender: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), info=UNLISTED)
+    joint_goal: Mapped[str | None] = mapped_column(ID)
     plan_id: Mapped[str | None]
     mission_id: Mapped[str | None]
     created_by: Mapped[str]

@@ -4,7 +4,7 @@ The work waits instead of failing if the problem would have a plan with what is 
 process, for it takes as long as a small plan.
 """
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -17,7 +17,7 @@ from planner import Fact, KnowledgeBase, Observer, PlanningEngine, PlanningProbl
 from planner.explanation.diagnosis import why_unsolvable
 from planner.problem.choices import without_optional
 from planner.problem.contradiction import contradicting_goals
-from planner.relaxation import is_relaxed_reachable
+from planner.relaxation import is_relaxed_reachable, unreachable_goals
 
 MAX_BLOCKERS = 8
 """The most missions, holds and robots among which those that block a goal are determined."""
@@ -58,25 +58,56 @@ class Withheld:
 
         All of them if none does so alone, or if there are more than `MAX_BLOCKERS`.
         """
+        return self._those_that(lambda left: _is_hopeless(knowledge_base, left))
+
+    def blockers_of_each(
+        self, knowledge_base: KnowledgeBase, parts: Sequence[Collection[Fact]]
+    ) -> Sequence[Blockers]:
+        """Likewise for each of several goals of the problem; none of one that is out of reach if nothing is withheld.
+
+        :param parts: each goal's facts. What is within reach is determined once for all of them.
+        """
+        if not (self and parts):
+            return [Blockers()] * len(parts)
+        goals = tuple(dict.fromkeys(fact for part in parts for fact in part))
+        whole = replace(self, whole=replace(self.whole, goals=goals))
+        never = {*unreachable_goals(knowledge_base, whole.whole)}
+        out_of_reach: dict[frozenset[Fact], set[Fact]] = {}
+
+        def blocks(left: PlanningProblem, part: Collection[Fact]) -> bool:
+            if left.facts not in out_of_reach:
+                out_of_reach[left.facts] = {*unreachable_goals(knowledge_base, left)}
+            return not out_of_reach[left.facts].isdisjoint(part)
+
+        return [
+            whole._those_that(partial(blocks, part=part)) if never.isdisjoint(part) else Blockers()
+            for part in parts
+        ]
+
+    def _those_that(self, blocks: Callable[[PlanningProblem], bool]) -> Blockers:
+        """What alone prevents a plan.
+
+        :param blocks: whether the problem has no plan from which only one mission's, hold's or robot's is withheld.
+        """
         every = Blockers(missions=tuple(self.missions), holds=tuple(self.holds), robots=self.robots)
         if not 1 < len(self.missions) + len(self.holds) + len(self.robots) <= MAX_BLOCKERS:
             return every
 
-        def blocks(withheld: Callable[[Fact], bool]) -> bool:
+        def without(withheld: Callable[[Fact], bool]) -> PlanningProblem:
             left = frozenset(fact for fact in self.whole.facts if not withheld(fact))
-            return _is_hopeless(knowledge_base, replace(self.whole, facts=left))
+            return replace(self.whole, facts=left)
 
         alone = Blockers(
             missions=tuple(
                 mission
                 for mission, reserved in self.missions.items()
-                if blocks(partial(is_withheld, reserved=reserved))
+                if blocks(without(partial(is_withheld, reserved=reserved)))
             ),
-            holds=tuple(hold for hold, kept in self.holds.items() if blocks(kept.withholds)),
+            holds=tuple(hold for hold, kept in self.holds.items() if blocks(without(kept.withholds))),
             robots={
                 robot: why
                 for robot, why in self.robots.items()
-                if blocks(partial(is_ability, of={robot}, tags=self.tags.get(robot)))
+                if blocks(without(partial(is_ability, of={robot}, tags=self.tags.get(robot))))
             },
         )
         return alone or every

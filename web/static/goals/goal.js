@@ -8,6 +8,8 @@ import { commandButton, problemBox } from "../page/problem.js";
 import { termItems } from "./terms.js";
 
 const OPEN = ["submitted", "waiting", "planning", "planned"];
+/** Why the service has stated a goal, by who submitted it. @type {Record<string, string>} */
+const STATED_FOR = { low_battery: "low battery", waiting_goals: "goals that waited" };
 const fetchConflict = part(() => import("./conflict.js"));
 const fetchProgress = part(() => import("./planning_progress.js"));
 
@@ -52,7 +54,9 @@ function head(goal, due, planning, refresh) {
       badge(tone(state), words(state), { "data-testid": "goal-state" }),
     ),
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
-    goal.created_by === "low_battery" ? el("p", { class: "quiet small" }, "stated by the service: low battery") : null,
+    STATED_FOR[goal.created_by]
+      ? el("p", { class: "quiet small" }, `stated by the service: ${STATED_FOR[goal.created_by]}`)
+      : null,
     terms.length ? el("ul", { class: "terms", "data-testid": "goal-terms-kept" }, terms) : null,
     due,
     goal.reason ? el("p", { class: "note", "data-testid": "goal-reason" }, goal.reason) : null,
