@@ -8,7 +8,14 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.blockers import Blockers
-from app.domain.events import GoalFinished, GoalPlanned, GoalPlanningBegan, GoalUnsolvable, GoalWaiting
+from app.domain.events import (
+    GoalFinished,
+    GoalPlanned,
+    GoalPlanningBegan,
+    GoalUnsolvable,
+    GoalWaiting,
+    GoalWithdrawn,
+)
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import tender as tender_lifecycle
@@ -80,10 +87,8 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
 
     def begin(self, session: Session, subject: GoalRow) -> PlanningTask | None:
         goal = subject
-        if goal.state not in goal_lifecycle.TO_BE_PLANNED:
+        if goal.state not in goal_lifecycle.TO_BE_PLANNED or self._is_left_to_another(session, goal):
             return None
-        if (joint := joint_goal_of(session, goal)) is not None and joint.state in goal_lifecycle.OPEN:
-            return None  # it is carried out
         if goal.state != GoalState.PLANNING:
             self._forget_tender(session, goal)
         tender = tender_of(goal)
@@ -111,6 +116,16 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         goal.planned_by = current_workflow()
         self._events.append(session, GoalPlanningBegan(subject=goal.id))
         return task
+
+    def _is_left_to_another(self, session: Session, goal: GoalRow) -> bool:
+        """Whether the goal's joint goal carries it out, or was cancelled, and this one with it."""
+        joint = joint_goal_of(session, goal)
+        if joint is not None and joint.outcome == MissionState.CANCELLED:
+            reason = f"{joint.id}, which carried it out together with others, was cancelled"
+            goal_lifecycle.withdraw(goal, outcome=joint.outcome, reason=reason)
+            self._events.append(session, GoalWithdrawn(subject=goal.id, reason=reason))
+            return True
+        return joint is not None and joint.state in goal_lifecycle.OPEN
 
     def _still_open(self, session: Session, goal: GoalRow) -> tuple[str, ...]:
         """The missions that are to end before the goal is planned, and have not."""

@@ -502,8 +502,8 @@ def _refuse_begun(goal: GoalRow, joint: GoalRow | None) -> None:
     if joint is not None and joint.state in goal_lifecycle.OPEN:
         to_cancel = f"goal {joint.id}" if joint.mission_id is None else f"mission {joint.mission_id}"
         raise Conflict(
-            f"goal {goal.id} is carried out together with others by {joint.id}; cancel {to_cancel}, which cancels the "
-            "others' part, too",
+            f"goal {goal.id} is carried out together with others by {joint.id}; cancel {to_cancel}, which ends the "
+            "others, too",
             code="goal-committed",
         )
     if goal.state == GoalState.COMMITTED:

@@ -150,11 +150,11 @@ class Planner:
         with self._lab.read() as session:
             return session.get_one(WorldRow, "lab").waiting_workflow
 
-    def run(self, workflow: str | None) -> None:
+    def run(self, workflow: str | None, **more: Any) -> None:
         assert workflow is not None
         context = copy_context()
         context.run(CURRENT_RUN.set, Run(workflow))
-        context.run(self.goals.run, "lab", plan=self._plan)
+        context.run(partial(self.goals.run, "lab", plan=self._plan, **more))
 
     def _plan(self, goal_id: str) -> None:
         self.planned.append(goal_id)
@@ -217,6 +217,68 @@ def test_a_workflow_that_failed_before_it_had_begun_is_started_again(
         planner.goals.handle_availability("lab")
         assert len(planner.workflows.started) == expected
     assert planner.to_begin not in (None, failed)
+
+
+def seen(lab: Database, *names: str) -> None:
+    """These goals have been planned, or are carried out."""
+    with lab.write() as session:
+        for name in names:
+            session.get_one(GoalRow, name).releases_seen = session.get_one(WorldRow, "lab").releases
+
+
+def test_goals_are_planned_together_until_nothing_comes_of_it(planner: Planner, lab: Database) -> None:
+    with lab.write() as session:
+        for name in ("two", "three", "four", "five"):
+            waiting(session, name)
+    rounds = iter((("one", "two"), ("three",), ()))
+    asked = []
+
+    def together(world: str) -> bool:
+        asked.append(world)
+        names = next(rounds)
+        seen(lab, *names)
+        return bool(names)
+
+    planner.run(planner.release(), together=together)
+    assert asked == ["lab"] * 3
+    assert planner.planned == ["five", "four"]
+
+
+def test_goals_are_planned_by_themselves_if_planning_them_together_fails(
+    planner: Planner, lab: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.workflows.steps.RETRY_S", 0.0)
+    with lab.write() as session:
+        waiting(session, "two")
+
+    def together(world: str) -> bool:
+        raise RuntimeError("a defect")
+
+    planner.run(planner.release(), together=together)
+    assert planner.planned == ["one", "two"]
+
+
+def test_a_goal_that_another_carries_out_is_planned_again_once_that_one_has_ended(
+    planner: Planner, lab: Database, wall_clock: SteppedClock
+) -> None:
+    with lab.write() as session:
+        waiting(session, "both", state=GoalState.COMMITTED)
+        session.get_one(GoalRow, "one").joint_goal = "both"
+    assert planner.release() is None, "nothing is to be planned"
+    wall_clock.advance(LOOK_S)
+    planner.goals.handle_availability("lab")
+    assert planner.to_begin is None
+    with lab.write() as session:
+        session.get_one(GoalRow, "both").state = GoalState.WITHDRAWN  # nothing is released by that
+    for _ in range(2):
+        wall_clock.advance(LOOK_S)
+        planner.goals.handle_availability("lab")
+    assert planner.workflows.started == [(PLAN_WAITING, "lab")]
+    planner.run(planner.to_begin)
+    assert planner.planned == ["one"]
+    wall_clock.advance(LOOK_S)
+    planner.goals.handle_availability("lab")
+    assert planner.to_begin is None
 
 
 def test_an_available_robot_is_not_forgotten_while_the_database_is_away_or_another_comes(
