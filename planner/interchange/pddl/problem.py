@@ -32,7 +32,10 @@ class PddlTask:
         *,
         is_simplified: bool = False,
     ) -> None:
-        """:param is_simplified: as `Vocabulary` has it."""
+        """
+        :param form: not `NUMERIC`, whose steps may have a parameter that no operator has.
+        :param is_simplified: as `Vocabulary` has it.
+        """
         self.knowledge_base = knowledge_base
         self.problem = problem
         stated = StatedZones(knowledge_base, problem)
