@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from benchmarks.planner.val_validation import is_installed, texts_of, val_fault
-from planner import KnowledgeBase, PlanNet, PlanningProblem, PlanningRequest, read_knowledge_base
+from planner import KnowledgeBase, PlanNet, PlanningProblem, PlanningRequest
 from planner.engines.registry import engine_named
 from planner.errors import Unsupported
 from planner.interchange.foreign import import_problem
@@ -17,8 +17,7 @@ from planner.interchange.pddl.numbers import level_named
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.problem.number_courses import courses
 from robots.world import generate_world, store_shape
-from tests.planner.engines.test_replenishment import drawn
-from tests.planner.knowledge.test_knowledge_base import shipped
+from tests.planner.engines.test_replenishment import drawn, worn_jaws
 from tests.planner.store import inside, small_store, store_problem
 
 ROBOTS = ("store_1", "yard_1", "yard_2")
@@ -126,33 +125,40 @@ def test_our_own_reader_refuses_numbers_rather_than_ignore_them(knowledge_base: 
         import_problem(*numeric(knowledge_base, stated(FULL)), agents=["robot"])
 
 
-def wearing() -> KnowledgeBase:
-    """Jaws wear by gripping, and are not mended."""
-    quantity = "  wear:\n    arguments: {robot: robot}\n    range: [0, null]\n    kept: [null, 1]\n"
-    text = shipped().replace("quantities:\n", f"quantities:\n{quantity}", 1)
-    dock = '    duration: "2.5"\n    energy: 11 * duration() + 5\n'
-    assert dock in text
-    return read_knowledge_base(
-        text.replace(dock, f'{dock}    changes: ["wear(robots) += 0.4"]\n', 1), "kb.yaml"
-    )
-
-
 def test_what_raises_a_number_does_so_at_its_end_and_keeps_the_most() -> None:
-    base = wearing()
+    base = worn_jaws()
     dock = action_text(numeric(base, stated(FULL))[0], "dock")
     assert "(at end (increase (wear ?robots_1) (wear_change_dock ?robots_1)))" in dock
     assert "(at start (<= (wear ?robots_1) 1))" in dock
     assert "(at end (<= (+ (wear ?robots_1) (wear_change_dock ?robots_1)) 1))" in dock
 
 
-@needs_val
-@pytest.mark.parametrize(("worn", "is_taken"), [(0.5, True), (0.7, False)])
-def test_val_refuses_a_plan_that_wears_more_than_is_kept(worn: float, is_taken: bool) -> None:
-    base = wearing()
-    plan_net = planned(base, stated(FULL))
+def worn(by: float) -> PlanningProblem:
+    """Batteries are full, and the jaws of all robots are worn."""
     problem = stated(FULL)
-    numbers = {**problem.numbers, **{("wear", (robot,)): worn for robot in ROBOTS}}
-    assert (val_fault(base, replace(problem, numbers=numbers), plan_net) is None) == is_taken
+    return replace(problem, numbers={**problem.numbers, **{("wear", (robot,)): by for robot in ROBOTS}})
+
+
+def test_a_number_that_is_lowered_has_levels_down_to_its_limit() -> None:
+    base = worn_jaws()
+    words = Vocabulary(base, Form.NUMERIC)
+    (clean,) = (op for op in words.steps if op.name == "clean")
+    assert [level_named(clean, words, value) for value in (0.0, 0.2221)] == ["wear_0", "wear_0_223"]
+    domain, problem = numeric(base, worn(1.5))
+    assert "(= (most_wear store_1) 1000000)" in problem
+    assert "(= (wear_rate_clean store_1 home_store_1) -0.1)" in problem
+    assert "(at end (assign (wear ?robot) (level_wear ?to)))" in action_text(domain, "clean")
+
+
+@needs_val
+def test_val_refuses_a_plan_that_wears_more_than_is_kept() -> None:
+    base = worn_jaws()
+    plain = planned(base, worn(0.5))
+    cleaning = planned(base, worn(0.7))
+    assert [action.tag for action in cleaning.actions if action.level is not None] == ["CLEAN", "CLEAN"]
+    assert val_fault(base, worn(0.5), plain) is None
+    assert val_fault(base, worn(0.7), plain) is not None
+    assert val_fault(base, worn(0.7), cleaning) is None
 
 
 @needs_val
