@@ -12,7 +12,7 @@ from pathlib import Path
 
 from planner.errors import InvalidPlan
 from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
-from planner.interchange.pddl.numbers import aim_of, level_named
+from planner.interchange.pddl.levels import aim_of, level_named
 from planner.knowledge import KnowledgeBase, Operator
 from planner.knowledge.base import binding_of
 from planner.native_process import Limits, run

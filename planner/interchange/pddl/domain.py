@@ -14,7 +14,7 @@ goals count only if intended effects bring them about: `intended_…` twins say 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
 
-from planner.interchange.pddl import numbers
+from planner.interchange.pddl import levels, numbers
 from planner.interchange.pddl.vocabulary import Vocabulary
 from planner.knowledge import Operator, Phase
 from planner.knowledge.literal import Literal
@@ -25,7 +25,7 @@ _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult
 def domain_text(words: Vocabulary) -> str:
     """The knowledge base of the words as a PDDL domain."""
     features = ":durative-actions :fluents" if words.is_temporal else ":action-costs"
-    if any(numbers.level_types(words)):
+    if any(levels.level_types(words)):
         features += " :duration-inequalities"
     action = _durative if words.is_temporal else _instant
     sections = [
@@ -36,7 +36,7 @@ def domain_text(words: Vocabulary) -> str:
             "constants",
             [
                 *(f"{words.objects[c]} - {words.types[k]}" for c, k in sorted(words.base.constants.items())),
-                *numbers.level_constants(words),
+                *levels.level_constants(words),
             ],
         ),
         section("predicates", _predicates(words)),
@@ -55,7 +55,7 @@ def section(name: str, lines: Iterable[str]) -> str:
 def _types(words: Vocabulary) -> Iterator[str]:
     for name, spec in words.base.file.types.items():
         yield f"{words.types[name]} - {words.types[spec.parent] if spec.parent else 'object'}"
-    yield from numbers.level_types(words)
+    yield from levels.level_types(words)
 
 
 def _predicates(words: Vocabulary) -> Iterator[str]:
@@ -124,7 +124,7 @@ def _instant(op: Operator, words: Vocabulary) -> str:
 
 def _action(kind: str, op: Operator, words: Vocabulary, slots: Mapping[str, str]) -> str:
     own = [f"?{name} - {words.types[type_]}" for name, type_ in op.parameters.items()]
-    parameters = " ".join([*own, *numbers.aimed_parameters(op, words)])
+    parameters = " ".join([*own, *levels.aimed_parameters(op, words)])
     lines = [f"  (:{kind} {words.operators[op.name]}", f"    :parameters ({parameters})"]
     return "\n".join([*lines, *(f"    :{slot} {text}" for slot, text in slots.items()), "  )"])
 

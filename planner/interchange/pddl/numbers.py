@@ -3,8 +3,7 @@
 What lowers a number does so at the action's start, what raises it at its end; limits are asked for before and after
 the change, so that they hold at the same points as in the course of a number (`planner.problem.number_courses`). How
 much an action changes a number is a table over its parameters. An action that is there for a number brings it `to` a
-level, one of a thousand: PDDL's readers know no change by `?duration`, and no limit at which a change stops. It lasts
-at least for as long as that takes.
+level (`planner.interchange.pddl.levels`).
 
 A number that is not known is stated at the worst that plans let it have, and nothing lowers it. One that is outside of
 what is kept from the start is only asked to stay in its range (`least_battery`) until it is brought back, by actions
@@ -18,21 +17,27 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
+from planner.interchange.pddl.levels import (
+    AIM,
+    aim_of,
+    aim_parameter,
+    has_levels,
+    kept_quantities,
+    level_object,
+    level_type,
+    levels,
+)
 from planner.interchange.pddl.vocabulary import Vocabulary
 from planner.knowledge import GroundAction, Operator, Phase
-from planner.knowledge.comparison import Term, number_words
+from planner.knowledge.comparison import Term
 from planner.knowledge.literal import Literal
 from planner.knowledge.schema import QuantitySpec
 from planner.problem.duration_table import duration_parameters, duration_table
 from planner.problem.interface import PlanningProblem
 
-STEP = 0.001
-"""How far levels lie apart, as a share of the quantity's span (our choice)."""
 ROUNDING = 1e-6
 LARGE = 1_000_000
 """Stands for no limit, of numbers and of seconds."""
-AIM = "to"
-"""The parameter that says to which level an action brings a number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,72 +48,6 @@ class Limit:
     sign: str
     kept: float
     possible: float
-
-
-def kept_quantities(words: Vocabulary) -> dict[str, QuantitySpec]:
-    """By name, the quantities that are written."""
-    if not words.has_numbers:
-        return {}
-    return {name: spec for name, spec in words.base.quantities.items() if spec.is_kept}
-
-
-def aim_of(op: Operator, words: Vocabulary) -> Term | None:
-    """The number that the operator is there for, by the names of its parameters."""
-    if op.until is None or op.until[0].quantity not in kept_quantities(words):
-        return None
-    return op.until[0].quantity, op.until[1]
-
-
-def aimed_parameters(op: Operator, words: Vocabulary) -> Iterator[str]:
-    """The parameter that an operator which is there for a number has beside its own."""
-    aim = aim_of(op, words)
-    if aim is not None:
-        yield f"?{AIM} - {_level_type(aim[0], words)}"
-
-
-def level_named(op: Operator, words: Vocabulary, value: float) -> str:
-    """The object that stands for the farthest level that an operator reaches if it brings its number to a value.
-
-    :raises ValueError: if the operator is there for no number.
-    """
-    aim = aim_of(op, words)
-    if aim is None or op.until is None:
-        raise ValueError(f"{op.name} is there for no number")
-    sign = 1 if op.until[0].sign in ("<=", "<") else -1
-    known = sorted(levels(aim[0], words), key=lambda level: sign * level)
-    reached = [level for level in known if sign * (value - level) >= -ROUNDING]
-    return _level(aim[0], reached[-1] if reached else known[0], words)
-
-
-def levels(quantity: str, words: Vocabulary) -> Iterator[float]:
-    """What actions that are there for the quantity bring it to: from their limits to what is to be kept."""
-    spec = words.base.quantities[quantity]
-    found = set()
-    for op in words.steps:
-        if op.until is not None and op.until[0].quantity == quantity:
-            limit = op.until[0].number
-            raises = op.until[0].sign in ("<=", "<")
-            kept = spec.kept[0 if raises else 1]
-            steps = 0 if kept is None else round(abs(limit - kept) / (STEP * spec.span))
-            found |= {
-                round(limit - number * STEP * spec.span * (1 if raises else -1), 9)
-                for number in range(steps + 1)
-            }
-    yield from sorted(level for level in found if _is_kept(level, spec))
-
-
-def level_constants(words: Vocabulary) -> Iterator[str]:
-    """The levels as constants with their types."""
-    for quantity in kept_quantities(words):
-        for level in levels(quantity, words):
-            yield f"{_level(quantity, level, words)} - {_level_type(quantity, words)}"
-
-
-def level_types(words: Vocabulary) -> Iterator[str]:
-    """The types of levels."""
-    for quantity in kept_quantities(words):
-        if any(levels(quantity, words)):
-            yield f"{_level_type(quantity, words)} - object"
 
 
 def number_predicates(words: Vocabulary) -> Iterator[str]:
@@ -122,10 +61,10 @@ def number_functions(words: Vocabulary) -> Iterator[str]:
     """The numbers, their limits and levels, and the tables of how actions change them."""
     for quantity, spec in kept_quantities(words).items():
         yield words.declared(words.word(quantity), spec.arguments)
-        if any(levels(quantity, words)):
+        if has_levels(quantity, words):
             for limit in _limits(spec):
                 yield words.declared(words.word(quantity, limit.word), spec.arguments)
-            yield f"({words.word(quantity, 'level')} ?{AIM} - {_level_type(quantity, words)})"
+            yield f"({words.word(quantity, 'level')} ?{AIM} - {level_type(quantity, words)})"
     for op in words.steps:
         for number, _ in enumerate(changed_terms(op, words)):
             yield words.declared(_table(op, number, words), _typed(op))
@@ -138,7 +77,9 @@ def number_conditions(op: Operator, words: Vocabulary) -> Iterator[str]:
         now = words.atom(words.word(term[0]), term[1], op)
         amount = words.atom(_table(op, number, words), _typed(op), op)
         yield from (f"(at start {one})" for one in _bounds(now, term, op, words))
-        if term == aim:
+        if term == aim and op.until is not None:
+            level = f"({words.word(term[0], 'level')} {aim_parameter(op)})"
+            yield f"(at start ({op.until[0].sign} {level} {_written(op.until[0].number)}))"
             yield f"(at start {words.atom(words.word(op.name, f'has_{term[0]}_rate'), _typed(op), op)})"
         elif _is_raised(op, term):
             yield from (f"(at end {one})" for one in _bounds(f"(+ {now} {amount})", term, op, words))
@@ -154,7 +95,7 @@ def number_effects(op: Operator, words: Vocabulary) -> Iterator[str]:
         now = words.atom(words.word(quantity), terms, op)
         amount = words.atom(_table(op, number, words), _typed(op), op)
         if term == aim:
-            yield f"(at end (assign {now} ({words.word(quantity, 'level')} ?{AIM})))"
+            yield f"(at end (assign {now} ({words.word(quantity, 'level')} {aim_parameter(op)})))"
             for limit in _limits(words.base.quantities[quantity]):
                 restored = words.atom(words.word(quantity, limit.word), terms, op)
                 yield f"(at end (assign {restored} {_written(limit.kept)}))"
@@ -170,23 +111,23 @@ def aimed_duration(op: Operator, words: Vocabulary) -> str | None:
     if aim is None:
         return None
     rate = words.atom(_table(op, changed_terms(op, words).index(aim), words), _typed(op), op)
-    left = f"(- ({words.word(aim[0], 'level')} ?{AIM}) {words.atom(words.word(aim[0]), aim[1], op)})"
+    left = f"(- ({words.word(aim[0], 'level')} {aim_parameter(op)}) {words.atom(words.word(aim[0]), aim[1], op)})"
     return f"(and (>= ?duration (/ {left} {rate})) (<= ?duration {LARGE}))"
 
 
 def initial_numbers(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
     """The numbers' values and limits, the levels', and the tables."""
     for quantity, spec in kept_quantities(words).items():
-        has_levels = any(levels(quantity, words))
+        is_aimed = has_levels(quantity, words)
         for args in product(*(_objects(kind, words, problem) for kind in spec.arguments.values())):
             value = problem.numbers.get((quantity, args))
             value = _worst(quantity, words) if value is None else value
             yield f"(= {words.atom(words.word(quantity), args)} {_written(value)})"
-            for limit in _limits(spec) if has_levels else ():
+            for limit in _limits(spec) if is_aimed else ():
                 least = limit.kept if _is_kept(value, spec) else limit.possible
                 yield f"(= {words.atom(words.word(quantity, limit.word), args)} {_written(least)})"
         for level in levels(quantity, words):
-            named = _level(quantity, level, words)
+            named = level_object(quantity, level, words)
             yield f"(= ({words.word(quantity, 'level')} {named}) {_written(level)})"
     for op in words.steps:
         if changed_terms(op, words):
@@ -312,10 +253,7 @@ def _is_kept(value: float, spec: QuantitySpec) -> bool:
 
 def _worst(quantity: str, words: Vocabulary) -> float:
     """What is taken for a number that is not known: the worst that plans let it have."""
-    least, most = words.base.quantities[quantity].kept
-    signs = [op.until[0].sign for op in words.steps if op.until and op.until[0].quantity == quantity]
-    known = [bound for bound in ((most, least) if ">=" in signs else (least, most)) if bound is not None]
-    return known[0]
+    return next(limit.kept for limit in _limits(words.base.quantities[quantity]))
 
 
 def _table(op: Operator, number: int, words: Vocabulary) -> str:
@@ -331,15 +269,6 @@ def _table(op: Operator, number: int, words: Vocabulary) -> str:
 def _objects(kind: str, words: Vocabulary, problem: PlanningProblem) -> list[str]:
     known = {**words.base.constants, **problem.objects}
     return [name for name, own in sorted(known.items()) if words.base.file.is_a(own, kind)]
-
-
-def _level(quantity: str, level: float, words: Vocabulary) -> str:
-    """The object that stands for a level."""
-    return words.objects.add(f"{quantity}_{number_words(level)}")
-
-
-def _level_type(quantity: str, words: Vocabulary) -> str:
-    return words.types.add(f"{quantity}_level")
 
 
 def _written(value: float) -> str:

@@ -13,7 +13,7 @@ from planner.engines.registry import engine_named
 from planner.errors import Unsupported
 from planner.interchange.foreign import import_problem
 from planner.interchange.pddl import Form, Vocabulary, pddl_of
-from planner.interchange.pddl.numbers import level_named
+from planner.interchange.pddl.levels import level_named
 from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.problem.number_courses import courses
 from robots.world import generate_world, store_shape
@@ -78,6 +78,7 @@ def test_a_charge_lasts_as_long_as_the_way_to_its_level_takes(knowledge_base: Kn
     left = "(- (level_battery ?to) (battery ?robot))"
     assert f"(>= ?duration (/ {left} (battery_rate_charge ?robot ?ref)))" in charge
     assert "(at end (assign (battery ?robot) (level_battery ?to)))" in charge
+    assert "(at start (<= (level_battery ?to) 0.9))" in charge
     assert f"(= (battery_rate_charge store_1 home_store_1) {CHARGER_W / CAPACITY_J:g})" in problem
     assert "(battery_rate_charge store_1 home_yard_1)" not in problem
     assert "(= (level_battery battery_0_9) 0.9)" in problem
