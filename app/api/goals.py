@@ -155,7 +155,8 @@ def plans_router(
 
     @router.get("/plans/{plan_id}/pddl", responses=declared(409))
     def plan_as_pddl(plan_id: Id, form: Form = Form.TEMPORAL) -> PddlBody:
-        """The problem of the plan's goal as PDDL: temporal (2.1, durative actions), or classical with action costs."""
+        """The problem of the plan's goal as PDDL: temporal (2.1, durative actions), numeric (the same with
+        the numbers that plans keep, such as batteries), or classical with action costs."""
         return export.pddl(plan_id, form)
 
     @router.post("/plans/{plan_id}:approve", status_code=202, responses=declared(409))

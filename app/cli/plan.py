@@ -296,11 +296,13 @@ def _plan(
 
 
 def _write_pddl(folder: Path, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
-    """Write `domain.pddl` and `problem.pddl`, temporal, and both with action costs in the folder `classical`.
+    """Write `domain.pddl` and `problem.pddl`, temporal; both with the numbers that plans keep in the folder `numeric`,
+    and with action costs in `classical`.
 
     :raises Invalid: if they cannot be written.
     """
-    for form, place in ((Form.TEMPORAL, folder), (Form.CLASSICAL, folder / "classical")):
+    folders = {Form.TEMPORAL: folder, Form.NUMERIC: folder / "numeric", Form.CLASSICAL: folder / "classical"}
+    for form, place in folders.items():
         domain_text, problem_text = pddl_of(knowledge_base, problem, form)
         try:
             place.mkdir(parents=True, exist_ok=True)

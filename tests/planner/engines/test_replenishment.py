@@ -10,6 +10,7 @@ from app.cli.trials.offline_mission import goal_problem
 from app.cli.trials.random_goals import drawn_goals
 from app.domain.world_model import planning_problem
 from planner import (
+    KnowledgeBase,
     Objective,
     PlanNet,
     PlanningProblem,
@@ -169,8 +170,8 @@ def test_a_repair_for_which_batteries_do_not_last_is_planned_anew() -> None:
     assert robot not in again.robots or robot in charges(again)
 
 
-def test_any_number_is_kept_within_limits_by_what_the_knowledge_base_says() -> None:
-    """Jaws that wear by gripping and are cleaned at a place, instead of a battery."""
+def worn_jaws() -> KnowledgeBase:
+    """The knowledge base with jaws that wear by gripping and are cleaned at a place, as batteries are charged."""
     text = shipped()
     text = text.replace(
         "quantities:\n",
@@ -194,7 +195,11 @@ def test_any_number_is_kept_within_limits_by_what_the_knowledge_base_says() -> N
     text = text.replace(
         "  - identifier: 30\n    name: MOVE_TO_LEVEL", f"{clean}  - identifier: 30\n    name: MOVE_TO_LEVEL"
     )
-    base = read_knowledge_base(text, "kb.yaml")
+    return read_knowledge_base(text, "kb.yaml")
+
+
+def test_any_number_is_kept_within_limits_by_what_the_knowledge_base_says() -> None:
+    base = worn_jaws()
     facts = [STORE.fact(goal) for goal in (GOAL, "in(sample_4, bay_8)")]
     built = planning_problem(STORE.world, STORE.facts, facts, knowledge_base=base)
     numbers = {("wear", (robot,)): 0.5 for robot in FULL} | {("battery", (robot,)): 0.9 for robot in FULL}

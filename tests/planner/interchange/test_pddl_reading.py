@@ -140,7 +140,7 @@ def test_what_is_no_pddl_is_refused(text: str) -> None:
         import_domain(text)
 
 
-@pytest.mark.parametrize("form", Form)
+@pytest.mark.parametrize("form", [Form.TEMPORAL, Form.CLASSICAL])
 def test_what_we_write_comes_back_as_the_same_problem(knowledge_base: KnowledgeBase, form: Form) -> None:
     for place, reachable in (("bay_2", True), ("home_yard_1", False)):
         problem = store_problem(

@@ -28,7 +28,7 @@ def steps(plan: str, task: PddlTask) -> list[tuple[GroundAction, float]]:
     return found
 
 
-@pytest.mark.parametrize("form", Form)
+@pytest.mark.parametrize("form", [Form.TEMPORAL, Form.CLASSICAL])
 def test_lpg_finds_plans_that_are_plans_of_ours(
     knowledge_base: KnowledgeBase, tmp_path: Path, form: Form
 ) -> None:
