@@ -1,10 +1,11 @@
-"""A stream of goals, planned in four ways: `python -m benchmarks.goal_stream [--goals 200] [--robots 16]`.
+"""A stream of goals, planned in five ways: `python -m benchmarks.goal_stream [--goals 200] [--robots 16]`.
 
 Goals to move a sample each arrive at random times in a random store; what is planned is carried out exactly as
 scheduled.
 
 - alone: each goal has a plan and a mission of its own as soon as robots, places and samples that the missions under way
-  do not need any longer suffice for one; until then it waits, as goals wait in the service.
+  do not need any longer suffice for one; until then it waits.
+- four: likewise, but up to four that wait and are within reach have one plan and one mission, as in the service.
 - joined: each goal is planned around one plan for all, whose actions are neither changed nor delayed (`join`).
 - rolling: joined; then all that has not begun is planned again, and that plan is taken if its goals are achieved sooner
   on average.
@@ -37,7 +38,7 @@ from planner import (
     load_knowledge_base,
 )
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
-from planner.relaxation import is_relaxed_reachable
+from planner.relaxation import unreachable_goals
 from planner.repair import Repair, join, repair
 from robots.world import Sample, WorldFile, generate_world, store_shape
 
@@ -98,14 +99,17 @@ def achieved_in(plan_net: PlanNet, began_s: float) -> dict[Fact, float]:
     }
 
 
-def alone(engine: PlanningEngine, base: KnowledgeBase, problem: PlanningProblem, stated: Arrivals) -> Outcome:
+def when_free(
+    engine: PlanningEngine, base: KnowledgeBase, problem: PlanningProblem, stated: Arrivals, *, at_most: int
+) -> Outcome:
+    """:param at_most: so many goals that wait have one plan and one mission."""
     outcome = Outcome()
     missions: list[tuple[float, PlanNet]] = []
     waiting: list[Fact] = []
     arrivals = sorted(stated, key=stated.__getitem__)
     events = sorted(set(stated.values()))
 
-    def planned(goal: Fact, now_s: float) -> PlanNet | None:
+    def planned(now_s: float) -> PlanNet | None:
         left = [
             action
             for began_s, net in missions
@@ -115,18 +119,21 @@ def alone(engine: PlanningEngine, base: KnowledgeBase, problem: PlanningProblem,
         reserved = union_of(needed_by(action) for action in left)
         facts = _facts(problem, missions, now_s)
         free = frozenset(fact for fact in facts if not is_withheld(fact, reserved))
-        wanted = replace(problem, facts=free, goals=(goal,))
-        return engine.plan(wanted, REQUEST).plan_net if is_relaxed_reachable(base, wanted) else None
+        out_of_reach = {*unreachable_goals(base, replace(problem, facts=free, goals=tuple(waiting)))}
+        within = [goal for goal in waiting if goal not in out_of_reach][:at_most]
+        while within:
+            net = engine.plan(replace(problem, facts=free, goals=tuple(within)), REQUEST).plan_net
+            if net is not None:
+                return net
+            within = within[: len(within) // 2]
+        return None
 
     while events:
         now_s = events.pop(0)
         while arrivals and stated[arrivals[0]] <= now_s:
             waiting.append(arrivals.pop(0))
-        for goal in list(waiting):
-            net = outcome.timed(partial(planned, goal, now_s))
-            if net is None:
-                continue
-            waiting.remove(goal)
+        while waiting and (net := outcome.timed(partial(planned, now_s))) is not None:
+            waiting = [goal for goal in waiting if goal not in net.goals]
             missions.append((now_s, net))
             outcome.achieved_s |= achieved_in(net, now_s)
             ends = {round(now_s + net.of_robot(robot)[-1].earliest_end_s, 3) for robot in net.robots}
@@ -243,7 +250,8 @@ def rows(goals: int, robots: int, seconds: float, seed: int, ways: Sequence[str]
     world, stated = stream(goals, robots, seconds, seed)
     problem = planning_problem(world, initial_facts(world, base), (), spots=initial_spots(world))
     measured: Mapping[str, Callable[[], Outcome]] = {
-        "alone": lambda: alone(engine, base, problem, stated),
+        "alone": lambda: when_free(engine, base, problem, stated, at_most=1),
+        "four": lambda: when_free(engine, base, problem, stated, at_most=4),
         "joined": lambda: together(engine, base, problem, stated, improves=False),
         "rolling": lambda: together(engine, base, problem, stated, improves=True),
         "at once": lambda: at_once(engine, problem, stated),
@@ -258,7 +266,7 @@ def main() -> None:
     options.add_argument("--robots", type=int, default=16)
     options.add_argument("--seconds", type=float, default=3600.0, help="the time over which goals arrive")
     options.add_argument("--seeds", type=int, nargs="+", default=[1])
-    options.add_argument("--ways", nargs="+", default=["alone", "joined", "rolling", "at once"])
+    options.add_argument("--ways", nargs="+", default=["alone", "four", "joined", "rolling", "at once"])
     given = options.parse_args()
     for seed in given.seeds:
         print(f"\n{given.goals} goals, {given.robots} robots, {given.seconds:g} s, seed {seed}\n")

@@ -11,10 +11,10 @@ from planner.interchange.pddl.vocabulary import Vocabulary
 from planner.knowledge import Operator
 from planner.knowledge.comparison import Comparison, Term, number_words
 from planner.knowledge.schema import QuantitySpec
+from planner.problem.number_courses import ROUNDING
 
 STEP = 0.001
 """How far levels lie apart, as a share of the quantity's span (our choice)."""
-ROUNDING = 1e-6
 AIM = "to"
 """The parameter that says to which level an action brings a number."""
 

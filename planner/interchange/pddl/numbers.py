@@ -34,8 +34,8 @@ from planner.knowledge.literal import Literal
 from planner.knowledge.schema import QuantitySpec
 from planner.problem.duration_table import duration_parameters, duration_table
 from planner.problem.interface import PlanningProblem
+from planner.problem.number_courses import ROUNDING
 
-ROUNDING = 1e-6
 LARGE = 1_000_000
 """Stands for no limit, of numbers and of seconds."""
 
