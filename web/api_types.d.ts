@@ -151,6 +151,7 @@ interface Goal {
   readings?: Reading[];
   constraints?: Constraints;
   conflict?: Conflict | null;
+  joint_goal?: string | null;
   created_by?: string;
   created_at: string;
 }
