@@ -152,7 +152,7 @@ interface Goal {
   constraints?: Constraints;
   conflict?: Conflict | null;
   joint_goal?: string | null;
-  created_by?: string;
+  created_by: string;
   created_at: string;
 }
 

@@ -8,8 +8,7 @@ import { commandButton, problemBox } from "../page/problem.js";
 import { termItems } from "./terms.js";
 
 const OPEN = ["submitted", "waiting", "planning", "planned"];
-/** Why the service has stated a goal, by who submitted it. @type {Record<string, string>} */
-const STATED_FOR = { low_battery: "low battery", waiting_goals: "goals that waited" };
+const SERVICE = ["low_battery", "waiting_goals"];
 const fetchConflict = part(() => import("./conflict.js"));
 const fetchProgress = part(() => import("./planning_progress.js"));
 
@@ -19,7 +18,7 @@ export function mountGoal(store, refresh) {
   const due = el("div");
   const planning = el("div", { role: "status" });
   /** @type {((goal: Goal) => Element) | undefined} */
-  let progress; // fetched when a goal is first being planned
+  let progress; // fetched when a goal is first planned
   let drawn = "";
   /** @param {typeof import("./planning_progress.js")} module */
   const started = (module) => {
@@ -27,7 +26,7 @@ export function mountGoal(store, refresh) {
     store.update({});
   };
   store.subscribe(({ goal, worldTimes }) => {
-    // What changes all the time is shown in elements of its own: a button must not be replaced under the pointer.
+    // What changes all the time has elements of its own: a button must not be replaced under the pointer.
     const key = JSON.stringify(goal ? { ...goal, planning: null, updated_at: null } : goal) ?? "";
     if (key !== drawn) {
       drawn = key;
@@ -54,9 +53,7 @@ function head(goal, due, planning, refresh) {
       badge(tone(state), words(state), { "data-testid": "goal-state" }),
     ),
     goal.goal?.length ? el("p", { class: "quiet small" }, facts(goal.goal)) : null,
-    STATED_FOR[goal.created_by]
-      ? el("p", { class: "quiet small" }, `stated by the service: ${STATED_FOR[goal.created_by]}`)
-      : null,
+    SERVICE.includes(goal.created_by) ? el("p", { class: "quiet small" }, `stated by the service: ${words(goal.created_by)}`) : null,
     terms.length ? el("ul", { class: "terms", "data-testid": "goal-terms-kept" }, terms) : null,
     due,
     goal.reason ? el("p", { class: "note", "data-testid": "goal-reason" }, goal.reason) : null,

@@ -34,7 +34,7 @@ export function mountWorld(store, telemetry, writeGoal, loadRobots) {
     return map;
   }
 
-  /** Nothing is sent or drawn in three dimensions while it is not visible. */
+  /** Nothing is sent or drawn in three dimensions while not visible. */
   function update() {
     const { world, robot, sample, plan, action, follow, whole, goal } = store.get();
     view.show({ world, robot, sample, plan_id: plan?.id, action, follow, whole, replay, seen: !document.hidden && !isMap(), dark: isDark() });
@@ -52,7 +52,7 @@ export function mountWorld(store, telemetry, writeGoal, loadRobots) {
     problem.remove();
     try {
       if (isMap()) await loadMap();
-      map?.show(isMap()); // the other button may have been pressed meanwhile
+      map?.show(isMap()); // the other may have been pressed meanwhile
     } catch (error) {
       holder.append(problem);
       show(problem, problemBox(error));
@@ -103,12 +103,10 @@ function mountCamera(store) {
  */
 function createPicking(store, writeGoal) {
   const note = byId("pick-note", HTMLElement);
-  let said = "";
+  let due = "";
   store.subscribe(({ sample, replaying }) => {
-    const key = JSON.stringify([sample, Boolean(replaying)]);
-    if (key === said) return; // what else changes leaves the last note to be read
-    said = key;
-    note.textContent = replaying ? "This is a recording." : sample ? `${sample}: pick the place it is to go to.` : "";
+    const now = replaying ? "This is a recording." : sample ? `${sample}: pick the place it is to go to.` : "";
+    if (now !== due) note.textContent = due = now;
   });
   return ({ kind, name }) => {
     const { robot, sample } = store.get();
