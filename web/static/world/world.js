@@ -52,7 +52,7 @@ export function mountWorld(store, telemetry, writeGoal, loadRobots) {
     problem.remove();
     try {
       if (isMap()) await loadMap();
-      map?.show(isMap()); // the other may have been pressed meanwhile
+      map?.show(isMap()); // the other may be pressed meanwhile
     } catch (error) {
       holder.append(problem);
       show(problem, problemBox(error));
