@@ -270,10 +270,12 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
 
     def _finish(self, session: Session, goal: GoalRow) -> None:
         self._forget_tender(session, goal)
-        reason, joint = TRUE_ALREADY, joint_goal_of(session, goal)
-        if joint is not None and joint.outcome == MissionState.COMPLETED:
-            reason = f"carried out together with others by mission {joint.mission_id}"
-        finish_without_mission(session, self._events, goal, reason)
+        joint = joint_goal_of(session, goal)
+        if joint is None or joint.outcome != MissionState.COMPLETED:
+            finish_without_mission(session, self._events, goal, TRUE_ALREADY)
+            return
+        reason = f"carried out together with others by {joint.mission_id}"
+        finish_without_mission(session, self._events, goal, reason, carried_out_by=joint.mission_id)
 
     def _propose(self, session: Session, goal: GoalRow, task: PlanningTask, solution: Solution) -> None:
         repairs = task.replaces.repaired_by(solution) if task.replaces else None
@@ -309,9 +311,14 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return ReplacedPlan(plan_id=plan.id, plan_net=net, edits=body.edits)
 
 
-def finish_without_mission(session: Session, events: EventLog, goal: GoalRow, reason: str) -> None:
-    """End a goal for which there is nothing to carry out."""
-    goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason)
+def finish_without_mission(
+    session: Session, events: EventLog, goal: GoalRow, reason: str, carried_out_by: str | None = None
+) -> None:
+    """End a goal for which there is nothing to carry out.
+
+    :param carried_out_by: the mission of another goal that has done it.
+    """
+    goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason, carried_out_by=carried_out_by)
     events.append(session, GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=reason))
 
 

@@ -131,13 +131,15 @@ def commit(goal: Goal, *, plan_id: str, mission_id: str) -> None:
     goal.mission_id = mission_id
 
 
-def finish(goal: Goal, *, outcome: str, reason: str) -> None:
+def finish(goal: Goal, *, outcome: str, reason: str, carried_out_by: str | None = None) -> None:
     """End the goal with its mission, or without one if there is nothing to do.
 
     :param outcome: the mission's last state; `completed` if there is nothing to do.
+    :param carried_out_by: the mission of another goal that has carried this one out.
     """
     _change(goal, GoalState.FINISHED, reason)
     goal.outcome = outcome
+    goal.mission_id = goal.mission_id or carried_out_by
 
 
 def withdraw(goal: Goal, *, outcome: str, reason: str) -> None:

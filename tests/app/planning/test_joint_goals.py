@@ -14,7 +14,7 @@ from app.planning.joint_goals import STATED_BY
 from app.planning.pool.joint import JointWork, Together
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.withheld import Withheld
-from planner import UNOBSERVED, PlanningRequest
+from planner import UNOBSERVED, KnowledgeBase, PlanningRequest
 from tests.app.fake_robots import FakeTeam
 from tests.app.planning.store_engine import StoreEngine
 from tests.app.sample_store import Store
@@ -60,12 +60,23 @@ def test_goals_that_wait_are_carried_out_together_by_one_mission(api: TestClient
         ended = follow(goal, "finished")
         (joint,) = stated(api)
         assert ended["outcome"] == "completed"
-        assert ended["reason"] == f"carried out together with others by mission {joint['mission_id']}"
+        assert ended["reason"] == f"carried out together with others by {joint['mission_id']}"
         assert ended["joint_goal"] == joint["id"]
-        assert (ended["plan_id"], ended["mission_id"]) == (None, None)
+        assert (ended["plan_id"], ended["mission_id"]) == (None, joint["mission_id"])
     assert (joint["state"], joint["outcome"]) == ("finished", "completed")
     assert joint["text"] == " and ".join(TEXTS.values())
     assert [fact["args"][0] for fact in joint["goal"]] == list(TEXTS)
+    assert len(api.get("/v1/missions").json()["items"]) == 1
+
+
+def test_what_is_to_be_done_each_time_was_done_by_the_mission_that_carried_it_out(
+    api: TestClient, follow: Follow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(KnowledgeBase, "achieved_each_time", lambda _, facts: frozenset(facts))
+    goals = waiting(api, follow, *TEXTS.values())
+    bring_back(api)
+    for goal in goals:
+        assert follow(goal, "finished")["reason"].startswith("carried out together")
     assert len(api.get("/v1/missions").json()["items"]) == 1
 
 

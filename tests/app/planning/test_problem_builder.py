@@ -190,7 +190,9 @@ def test_waiting_is_in_vain_if_nobody_could_do_it_either_when_all_are_free(
     problems.knows("DOCK", samples=5, mean=1.2)
     unavailable["store_2"] = "which charges"
     assert problems.build().withheld.why_never(STORE.base) == ""
-    assert "yard_1" in problems.build("tracked(store_1, yard_1)").withheld.why_never(STORE.base)
+    never = problems.build("tracked(store_1, yard_1)").withheld
+    assert "yard_1" in never.why_never(STORE.base)
+    assert not any(never.blockers_of_each(STORE.base, [never.whole.goals]))
 
 
 def held(*robots: str) -> dict[str, Reservation]:
@@ -210,6 +212,9 @@ def test_a_goal_waits_for_those_missions_that_stand_in_its_way(
 ) -> None:
     withheld = replace(problems.build().withheld, missions=held(*busy))
     assert withheld.blockers(STORE.base).missions == tuple(waits_for)
+    other = STORE.fact("in(sample_1, bay_8)")
+    among = replace(withheld, whole=replace(withheld.whole, goals=(other, *withheld.whole.goals)))
+    assert among.blockers_of_each(STORE.base, [withheld.whole.goals])[0].missions == tuple(waits_for)
 
 
 def test_a_goal_waits_for_no_mission_while_the_robot_it_needs_rests(
