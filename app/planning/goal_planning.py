@@ -118,14 +118,23 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return task
 
     def _is_left_to_another(self, session: Session, goal: GoalRow) -> bool:
-        """Whether the goal's joint goal carries it out, or was cancelled, and this one with it."""
+        """Whether the goal's joint goal carries it out, has done so, or was cancelled; then this one has ended with it.
+
+        What a joint goal has brought about counts though it may have been undone since, as for any mission.
+        """
         joint = joint_goal_of(session, goal)
-        if joint is not None and joint.outcome == MissionState.CANCELLED:
+        if joint is None or joint.state in goal_lifecycle.OPEN:
+            return joint is not None
+        if joint.outcome == MissionState.COMPLETED:
+            reason = f"carried out together with others by {joint.mission_id or joint.id}"
+            finish_without_mission(session, self._events, goal, reason, carried_out_by=joint.mission_id)
+        elif joint.outcome == MissionState.CANCELLED:
             reason = f"{joint.id}, which carried it out together with others, was cancelled"
             goal_lifecycle.withdraw(goal, outcome=joint.outcome, reason=reason)
             self._events.append(session, GoalWithdrawn(subject=goal.id, reason=reason))
-            return True
-        return joint is not None and joint.state in goal_lifecycle.OPEN
+        else:
+            return False
+        return True
 
     def _still_open(self, session: Session, goal: GoalRow) -> tuple[str, ...]:
         """The missions that are to end before the goal is planned, and have not."""
@@ -270,12 +279,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
 
     def _finish(self, session: Session, goal: GoalRow) -> None:
         self._forget_tender(session, goal)
-        joint = joint_goal_of(session, goal)
-        if joint is None or joint.outcome != MissionState.COMPLETED:
-            finish_without_mission(session, self._events, goal, TRUE_ALREADY)
-            return
-        reason = f"carried out together with others by {joint.mission_id}"
-        finish_without_mission(session, self._events, goal, reason, carried_out_by=joint.mission_id)
+        finish_without_mission(session, self._events, goal, TRUE_ALREADY)
 
     def _propose(self, session: Session, goal: GoalRow, task: PlanningTask, solution: Solution) -> None:
         repairs = task.replaces.repaired_by(solution) if task.replaces else None

@@ -44,7 +44,7 @@ from app.planning.pool.withheld import Withheld, is_ability
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.durations import learned_durations
 from app.store.editions import WorldDirectory
-from app.store.records import joint_goal_of, withdrawn_robot_reasons
+from app.store.records import withdrawn_robot_reasons
 from app.store.reservations import all_reserved
 from app.store.roles import with_roles_in_force, withheld_tags
 from app.store.standing_holds import standing_holds
@@ -376,11 +376,9 @@ def _as_roles(limited: Mapping[str, tuple[RoleSpec, frozenset[str]]]) -> Mapping
 
 
 def _begun_s(session: Session, goal: GoalRow) -> float | None:
-    """When the mission began work that carried the goal out together with others, else its own; None if none has."""
-    carried = filter(None, (joint_goal_of(session, goal), goal))
-    missions = (session.get(MissionRow, one.mission_id) for one in carried if one.mission_id is not None)
-    begun_s = (one.started_at_s for one in missions if one is not None)
-    return next((at_s for at_s in begun_s if at_s is not None), None)
+    """When the goal's mission began work; None if it has none or has not begun."""
+    mission = None if goal.mission_id is None else session.get_one(MissionRow, goal.mission_id)
+    return None if mission is None else mission.started_at_s
 
 
 def factors_of(learned: Durations) -> Mapping[Kind, float]:

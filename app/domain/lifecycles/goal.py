@@ -55,6 +55,7 @@ _TRANSITIONS: Mapping[GoalState, tuple[GoalState, ...]] = {
     GoalState.WAITING: (
         GoalState.PLANNING,
         GoalState.WAITING,  # for something else: its world was started again
+        GoalState.FINISHED,  # another goal's mission has carried it out
         GoalState.UNSOLVABLE,
         GoalState.WITHDRAWN,
     ),
