@@ -2,7 +2,7 @@
 
     uv run python -m benchmarks.kill_storm --kills 40 --seed 1
 
-After each start one more goal is submitted, under an idempotency key, and every earlier goal once more. One kill in
+After each start more goals are submitted, under idempotency keys, and every earlier goal once more. One kill in
 four comes while the service starts. After the last start it runs until every goal has ended; then record and simulated
 world must agree, and no packet may have been carried out twice.
 """
@@ -37,8 +37,9 @@ BAYS = {
 GIVE_UP_S = 1200.0
 
 
-def storm(folder: Path, *, kills: int, seed: int, speed: float) -> Witness:
+def storm(folder: Path, *, kills: int, seed: int, speed: float, goals: int = 1) -> Witness:
     """
+    :param goals: so many more after each start, of different samples.
     :raises AssertionError: if something was lost, done twice, or is not as recorded.
     """
     chance = random.Random(seed)
@@ -49,9 +50,9 @@ def storm(folder: Path, *, kills: int, seed: int, speed: float) -> Witness:
         data=folder / "data", world=WORLD, token="a-token-for-the-storm", speed=speed, environment={}
     )
     for number in range(kills):
-        sample = chance.choice(sorted(BAYS))
-        last[sample] = chance.choice([bay for bay in BAYS[sample] if bay != last[sample]])
-        given[f"goal-{number}"] = f"move {sample} to {last[sample]}"
+        for one, sample in enumerate(chance.sample(sorted(BAYS), goals)):
+            last[sample] = chance.choice([bay for bay in BAYS[sample] if bay != last[sample]])
+            given[f"goal-{number}-{one}"] = f"move {sample} to {last[sample]}"
         with installation.running(number) as service:
             if chance.random() < 0.25:
                 time.sleep(chance.uniform(0.3, 4.0))
@@ -106,10 +107,13 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     options.add_argument("--kills", type=int, default=40)
     options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--goals", type=int, default=1, choices=range(1, 5), help="stated after each start")
     options.add_argument("--speed", type=float, default=12.0, help="world seconds per wall-clock second")
     wanted = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        seen = storm(Path(folder), kills=wanted.kills, seed=wanted.seed, speed=wanted.speed)
+        seen = storm(
+            Path(folder), kills=wanted.kills, seed=wanted.seed, speed=wanted.speed, goals=wanted.goals
+        )
     outcomes = [goal["outcome"] for goal in seen.final]
     counts = ", ".join(f"{outcomes.count(one)} {one}" for one in sorted(set(outcomes)))
     print(f"{wanted.kills} kills, {len(seen.goals)} goals: {counts}; 0 lost, 0 done twice, record true")
