@@ -500,10 +500,8 @@ class GoalService:
 def _refuse_begun(goal: GoalRow, joint: GoalRow | None) -> None:
     """:param joint: the goal that carries it out together with others."""
     if joint is not None and joint.state in goal_lifecycle.OPEN:
-        to_cancel = f"goal {joint.id}" if joint.mission_id is None else f"mission {joint.mission_id}"
         raise Conflict(
-            f"goal {goal.id} is carried out together with others by {joint.id}; cancel {to_cancel}, which ends the "
-            "others, too",
+            f"goal {goal.id} is carried out together with others; cancel mission {joint.mission_id}, which ends all",
             code="goal-committed",
         )
     if goal.state == GoalState.COMMITTED:

@@ -46,6 +46,10 @@ CANDIDATES = 16
 _DUE = select(GoalRow).where(*IS_DUE).order_by(*BY_URGENCY).limit(CANDIDATES)
 
 
+class _OutOfDate(Exception):
+    """Raised when the world has changed since the plan was made: nothing of it is recorded."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Task:
     """Goals that wait, the most urgent first, and one goal for all of them with its problem; it is not recorded yet."""
@@ -111,7 +115,8 @@ class JointGoals:
         has_changed: list[bool] = []
 
         def conclude(result: WorkResult[Together]) -> None:
-            has_changed.append(result.answer is not None and self._conclude(task, result.answer))
+            with suppress(_OutOfDate):
+                has_changed.append(result.answer is not None and self._conclude(task, result.answer))
 
         job = Job(world=world, is_large=is_large(goals=sum(map(len, parts)), effort_s=None))
         with suppress(WorkerClosed):  # the service ends; the workflow is recovered at its next start
@@ -122,11 +127,9 @@ class JointGoals:
         """The goals to plan together; None if there are fewer than two, or another one is more urgent."""
         due = session.scalars(_DUE, {"world": world}).all()
         goals = list(takewhile(lambda goal: goal.priority == due[0].priority and _is_plain(goal), due))
-        if (
-            len(goals) < 2
-            or (goals := self._agreeing(session, world, goals))[:1] != due[:1]
-            or len(goals) < 2
-        ):
+        if len(goals) > 1:
+            goals = self._agreeing(session, world, goals)
+        if len(goals) < 2 or goals[0] is not due[0]:
             return None
         joint = _joint_of(goals)
         built = self._problems.build(session, joint)
@@ -150,7 +153,10 @@ class JointGoals:
         return chosen
 
     def _conclude(self, task: _Task, together: Together) -> bool:
-        """Record what came of it; True if anything is recorded."""
+        """Record what came of it; True if anything is recorded.
+
+        :raises _OutOfDate: if the plan can no longer be approved.
+        """
         with self._database.write() as session:
             concerned = {task.goals[n].id for n in (*together.joined, *together.waiting)}
             query = select(GoalRow).where(GoalRow.id.in_(concerned)).order_by(GoalRow.id).with_for_update()
@@ -199,7 +205,8 @@ class JointGoals:
                 Blockers(missions=(f"{joint.id}, which carries it out together with {others}",)),
             )
         session.flush()
-        self._approval.approve_or_expire(session, plan, joint, actor=AUTOMATIC, comment="")
+        if self._approval.approve_or_expire(session, plan, joint, actor=AUTOMATIC, comment="") is None:
+            raise _OutOfDate
 
 
 def _is_plain(goal: GoalRow) -> bool:

@@ -186,7 +186,7 @@ class WaitingGoals:
         for _ in range(GOALS_PER_WORKFLOW):
             if goal_id is None:
                 return
-            found = _or_none(lambda: step("together", lambda: together(world))) if may_join else None
+            found = _unless_it_fails(lambda: step("together", lambda: together(world))) if may_join else None
             may_join = found is not False
             if not found:
                 plan(goal_id)
@@ -222,7 +222,7 @@ class WaitingGoals:
             self._workflows.start(session, WAITING, PLAN_WAITING, row.waiting_workflow, world)
 
 
-def _or_none(plan_together: Callable[[], bool | None]) -> bool | None:
+def _unless_it_fails(plan_together: Callable[[], bool | None]) -> bool | None:
     """What came of planning goals together; False if that keeps failing: they can still be planned by themselves."""
     try:
         return plan_together()

@@ -212,6 +212,19 @@ def test_a_goal_waits_for_the_missions_that_stand_in_its_way_alone() -> None:
         assert found.waiting[n] in (Blockers(missions=("a",)), Blockers(missions=("b",)))
 
 
+def test_a_joint_plan_that_is_out_of_date_leaves_no_trace(
+    api: TestClient, follow: Follow, worker: "Watched"
+) -> None:
+    goals = waiting(api, follow, *TEXTS.values())
+    told = "/v1/worlds/sample_store/facts"
+    moved = {"facts": [{"predicate": "in", "args": ["sample_2", "bay_1"]}]}
+    worker.meanwhile = lambda: api.put(told, json=moved).raise_for_status()
+    bring_back(api)
+    for goal in goals:
+        assert follow(goal, "finished", "unsolvable")["joint_goal"] is None
+    assert stated(api) == []
+
+
 class Watched(InProcessWorker):
     """Plans in the process of the test; `meanwhile` happens during the next planning of several goals."""
 
