@@ -12,6 +12,12 @@ from app.domain.lifecycles.goal import OPEN, TO_BE_PLANNED, UNDECIDED, GoalState
 from tests.app.domain.lifecycles.refusals import refused
 
 OVER = set(GoalState) - set(OPEN)
+ENDS_FROM = (
+    GoalState.SUBMITTED,  # there is nothing to do
+    GoalState.PLANNING,  # all of it is true already
+    GoalState.WAITING,  # another goal's mission has carried it out
+    GoalState.COMMITTED,
+)
 
 
 @dataclass
@@ -84,10 +90,20 @@ class AnyOrderOfCommands(RuleBasedStateMachine):
         self.change(
             lambda goal: goal_lifecycle.finish(goal, outcome="completed", reason=""),
             GoalState.FINISHED,
-            GoalState.SUBMITTED,  # there is nothing to do
-            GoalState.PLANNING,  # all of it is true already
-            GoalState.COMMITTED,
+            *ENDS_FROM,
         )
+
+    @rule()
+    def end_with_another(self) -> None:
+        own = self.goal.mission_id
+        self.change(
+            lambda goal: goal_lifecycle.finish(
+                goal, outcome="completed", reason="", carried_out_by="another's"
+            ),
+            GoalState.FINISHED,
+            *ENDS_FROM,
+        )
+        assert self.goal.mission_id in (own, "another's")
 
     @rule()
     def withdraw(self) -> None:
@@ -107,7 +123,9 @@ class AnyOrderOfCommands(RuleBasedStateMachine):
 
     @invariant()
     def a_mission_carries_out_what_was_planned(self) -> None:
-        if self.goal.mission_id is not None:
+        if self.goal.mission_id == "another's":
+            assert self.goal.state == GoalState.FINISHED
+        elif self.goal.mission_id is not None:
             assert self.goal.state in (GoalState.COMMITTED, GoalState.FINISHED)
             assert self.goal.plan_id is not None
 
