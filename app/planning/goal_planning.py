@@ -36,7 +36,7 @@ from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders, tender_of
-from app.planning.waiting_goals import WaitingGoals
+from app.planning.waiting_goals import WaitingGoals, have_wait
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
 from app.store.records import joint_goal_of
@@ -97,10 +97,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
             return None  # it is planned once all have answered
         if missions := self._still_open(session, goal):
             goal.releases_seen = self._facts.lock(session, goal.world).releases
-            before = goal.waits_for
-            goal_lifecycle.wait_for(goal, Blockers(missions=missions))
-            if goal.waits_for != before:
-                self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
+            have_wait(session, self._events, goal, Blockers(missions=missions))
             return None
         built = self._problems.build(session, goal)
         if is_called and self._tenders is not None:

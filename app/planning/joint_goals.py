@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.blockers import Blockers
-from app.domain.events import GoalPlanned, GoalSubmitted, GoalWaiting
+from app.domain.events import GoalPlanned, GoalSubmitted
 from app.domain.goal_language.check import blocking, check_request
 from app.domain.goal_language.constraints import UNCONSTRAINED
 from app.domain.goal_language.terms import GoalTerms
@@ -32,7 +32,7 @@ from app.planning.pool.waiting_line import Job, is_large
 from app.planning.pool.work import WorkResult
 from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.proposals import Proposals
-from app.planning.waiting_goals import BY_URGENCY, IS_DUE
+from app.planning.waiting_goals import BY_URGENCY, IS_DUE, have_wait
 from app.store import GoalRow
 from app.store.roles import with_roles_in_force
 from planner import Fact
@@ -169,18 +169,12 @@ class JointGoals:
             waiting = [n for n in together.waiting if n in still]
             for n in waiting:
                 still[n].releases_seen = task.built.releases
-                self._wait(session, still[n], together.waiting[n])
+                have_wait(session, self._events, still[n], together.waiting[n])
             joined = [still[n] for n in together.joined if n in still]
             is_stated = bool(joined) and len(joined) == len(together.joined)
             if is_stated:
                 self._state(session, task, together, joined)
             return is_stated or bool(waiting)
-
-    def _wait(self, session: Session, goal: GoalRow, blockers: Blockers) -> None:
-        before = goal.waits_for
-        goal_lifecycle.wait_for(goal, blockers)
-        if goal.waits_for != before:
-            self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
 
     def _state(self, session: Session, task: _Task, together: Together, goals: Sequence[GoalRow]) -> None:
         """Record the goal that carries out these, propose its plan and approve it."""
@@ -197,13 +191,10 @@ class JointGoals:
         goal_lifecycle.propose(joint, plan.id, plan.reason)
         self._events.append(session, GoalPlanned(subject=joint.id, plan=plan.id))
         others = "another" if len(goals) == 2 else f"{len(goals) - 1} others"
+        blockers = Blockers(missions=(f"{joint.id}, which carries it out together with {others}",))
         for goal in goals:
             goal.joint_goal = joint.id
-            self._wait(
-                session,
-                goal,
-                Blockers(missions=(f"{joint.id}, which carries it out together with {others}",)),
-            )
+            have_wait(session, self._events, goal, blockers)
         session.flush()
         if self._approval.approve_or_expire(session, plan, joint, actor=AUTOMATIC, comment="") is None:
             raise _OutOfDate

@@ -16,6 +16,7 @@ from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.recovery import RecoveryStep, note_blockers, waits_for
 from app.store import GoalRow, MissionRow, WorldRow
+from app.store.event_log import EventLog
 from app.store.world_summary import summary_of
 from app.workflows import PLAN_WAITING, WAITING, StepFailed, current_workflow, step
 from robots.clock import Clock
@@ -24,6 +25,14 @@ LOOK_S = 5.0
 """Wall-clock seconds between two looks at goals that have waited as long as they are to."""
 GOALS_PER_WORKFLOW = 25
 """Goals after which a new workflow continues, so that the waiting goals of other worlds have their turn."""
+
+
+def have_wait(session: Session, events: EventLog, goal: GoalRow, blockers: Blockers) -> None:
+    """Have a goal wait for these blockers, with an event if it does not wait for them already."""
+    before = goal.waits_for
+    goal_lifecycle.wait_for(goal, blockers)
+    if goal.waits_for != before:
+        events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
 
 
 def _by_themselves(world: str) -> None:
@@ -145,8 +154,7 @@ class WaitingGoals:
             for goal in session.scalars(_waiting_goals(world).with_for_update()).all():
                 before = Blockers() if goal.waits_for is None else Blockers.from_json(goal.waits_for)
                 if (now := before.updated(unavailable)) != before:
-                    goal_lifecycle.wait_for(goal, now)
-                    self._events.append(session, GoalWaiting(subject=goal.id, reason=goal.reason))
+                    have_wait(session, self._events, goal, now)
             for mission in session.scalars(_waiting_missions(world).with_for_update()).all():
                 before = waits_for(mission)
                 if (now := before.updated(unavailable)) != before:

@@ -109,7 +109,7 @@ def _course(
     raised_by: list[int] = []
 
     def note(action: int) -> None:
-        excess, is_possible = _excess(value, spec.kept), _excess(value, spec.range) <= ROUNDING
+        excess, is_possible = excess_of(value, spec.kept), excess_of(value, spec.range) <= ROUNDING
         points.append(Point(at_s=at_s, value=value, action=action, excess=excess, is_possible=is_possible))
 
     for index, whole in changes:
@@ -131,7 +131,7 @@ def _course(
         start=problem.numbers[term],
         points=tuple(points),
         raised_by=tuple(raised_by),
-        excused=_excused(changes, raised_by, plan_net, _excess(problem.numbers[term], spec.kept)),
+        excused=_excused(changes, raised_by, plan_net, excess_of(problem.numbers[term], spec.kept)),
     )
 
 
@@ -168,7 +168,7 @@ def _up_to(amount: float, left: float) -> float:
     return max(0.0, min(amount, left)) if amount > 0 else min(0.0, max(amount, left))
 
 
-def _excess(value: float, bounds: tuple[float | None, float | None]) -> float:
+def excess_of(value: float, bounds: tuple[float | None, float | None]) -> float:
     """By how much a value is outside of bounds."""
     least, most = bounds
     below = float("-inf") if least is None else least - value

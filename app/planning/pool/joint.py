@@ -69,11 +69,8 @@ class JointWork:
         return chosen
 
     def _problem_of(self, numbers: Collection[int]) -> PlanningProblem:
-        goals = tuple(dict.fromkeys(fact for n in numbers for fact in self.parts[n]))
-        priorities = {
-            goal: self.problem.priorities[goal] for goal in goals if goal in self.problem.priorities
-        }
-        return replace(self.problem, goals=goals, priorities=priorities)
+        goals = dict.fromkeys(fact for n in numbers for fact in self.parts[n])
+        return replace(self.problem, goals=tuple(goals))
 
 
 def _has_actions(solution: Solution) -> bool:

@@ -34,7 +34,7 @@ from planner.knowledge.literal import Literal
 from planner.knowledge.schema import QuantitySpec
 from planner.problem.duration_table import duration_parameters, duration_table
 from planner.problem.interface import PlanningProblem
-from planner.problem.number_courses import ROUNDING
+from planner.problem.number_courses import ROUNDING, excess_of
 
 LARGE = 1_000_000
 """Stands for no limit, of numbers and of seconds."""
@@ -124,7 +124,7 @@ def initial_numbers(words: Vocabulary, problem: PlanningProblem) -> Iterator[str
             value = _worst(quantity, words) if value is None else value
             yield f"(= {words.atom(words.word(quantity), args)} {_written(value)})"
             for limit in _limits(spec) if is_aimed else ():
-                least = limit.kept if _is_kept(value, spec) else limit.possible
+                least = limit.kept if excess_of(value, spec.kept) <= ROUNDING else limit.possible
                 yield f"(= {words.atom(words.word(quantity, limit.word), args)} {_written(least)})"
         for level in levels(quantity, words):
             named = level_object(quantity, level, words)
@@ -152,23 +152,24 @@ def changed_terms(op: Operator, words: Vocabulary) -> list[Term]:
 
 def _tables(op: Operator, words: Vocabulary, problem: PlanningProblem) -> Iterator[str]:
     """By how much an operator changes numbers, or an action that is there for one does in a second."""
-    aim = aim_of(op, words)
+    aim, terms, names = aim_of(op, words), changed_terms(op, words), tuple(_typed(op))
+    tables = [_table(op, number, words) for number, _ in enumerate(terms)]
     for row, action in _actions(op, words, problem):
-        binding = dict(zip(_typed(op), row, strict=True))
+        binding = dict(zip(names, row, strict=True))
         changed = words.base.changed_numbers(action, problem.functions)
-        for number, (quantity, terms) in enumerate(changed_terms(op, words)):
-            key = quantity, tuple(binding.get(term, term) for term in terms)
+        for table, term in zip(tables, terms, strict=True):
+            key = term[0], tuple(binding.get(name, name) for name in term[1])
             amount = changed.get(key, 0.0)
-            if (quantity, terms) == aim:
+            if term == aim:
                 amount = amount / action.duration_s if action.duration_s else 0.0
                 if not amount:
                     continue
-                yield words.atom(words.word(op.name, f"has_{quantity}_rate"), row)
+                yield words.atom(words.word(op.name, f"has_{term[0]}_rate"), row)
             elif key not in problem.numbers:
                 amount = 0.0
-            elif not _is_raised(op, (quantity, terms)):
+            elif not _is_raised(op, term):
                 amount = -amount
-            yield f"(= {words.atom(_table(op, number, words), row)} {_written(amount)})"
+            yield f"(= {words.atom(table, row)} {_written(amount)})"
 
 
 def _actions(
@@ -244,11 +245,6 @@ def _limits(spec: QuantitySpec) -> Iterator[Limit]:
     if most is not None:
         possible = LARGE if highest is None else highest
         yield Limit(word="most", sign="<=", kept=most, possible=possible)
-
-
-def _is_kept(value: float, spec: QuantitySpec) -> bool:
-    least, most = spec.kept
-    return (least is None or value >= least - ROUNDING) and (most is None or value <= most + ROUNDING)
 
 
 def _worst(quantity: str, words: Vocabulary) -> float:
