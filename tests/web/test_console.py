@@ -9,7 +9,7 @@ from tests.web.fake_api import TOKEN, add_console, create_app, served
 from tests.web.fake_service import FakeService
 
 playwright = pytest.importorskip("playwright.sync_api")
-from playwright.sync_api import Browser, Page, expect  # noqa: E402
+from playwright.sync_api import Browser, Page, Route, expect  # noqa: E402
 
 pytestmark = pytest.mark.browser
 HOSTILE = "<img src=x onerror=\"document.title='owned'\"><script>document.title='owned'</script>"
@@ -228,6 +228,39 @@ def test_the_badge_says_when_the_page_is_not_live_and_live_again(
         expect(page.get_by_test_id("live-badge")).to_have_text("live", timeout=15_000)
         expect(page.get_by_test_id("goal-item")).to_have_count(1)
     page.close()
+
+
+def test_the_page_is_live_once_nothing_that_it_loads_moves_its_buttons(
+    browser: Browser, service: FakeService
+) -> None:
+    """The robots' list comes above the world's buttons: a click while they move is lost."""
+    app, held, is_held = create_app(service), list[Route](), True
+    add_console(app)
+
+    def hold(route: Route) -> None:
+        if is_held:
+            held.append(route)
+        else:
+            route.continue_()
+
+    with served(app, service) as address:
+        page = browser.new_page()
+        page.route("**/v1/robots", hold)
+        with page.expect_response(re.compile("/v1/events")), page.expect_response("**/v1/worlds"):
+            page.goto(f"{address}/?token={TOKEN}")
+        live, as_map = page.get_by_test_id("live-badge"), page.locator("#as-map")
+        before = as_map.bounding_box()
+        page.evaluate("() => new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
+        assert live.inner_text() == "not live"
+        is_held = False
+        for route in held:
+            route.continue_()
+        expect(live).to_have_text("live")
+        loaded = as_map.bounding_box()
+        assert loaded != before
+        page.wait_for_event("response", lambda response: response.url.endswith("/v1/robots"))
+        assert as_map.bounding_box() == loaded
+        page.close()
 
 
 def test_what_was_not_answered_is_asked_for_again_though_no_event_comes(

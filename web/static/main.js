@@ -47,11 +47,11 @@ const store = createStore({
   mission: null,
 });
 
-// The token in the address has become a cookie; it should not stay in the address bar and the history.
+// The token in the address has become a cookie; neither the address bar nor the history keeps it.
 if (new URLSearchParams(location.search).has("token")) history.replaceState(null, "", location.pathname);
 
-/** Live: the event stream is open and the last request of each kind was answered. @type {Record<string, boolean>} */
-const health = { stream: false };
+/** Live: the stream is open and the last request of each kind was answered. @type {Record<string, boolean>} */
+const health = { stream: false, clock: false, lists: false };
 let ticks = 0;
 /** The plan's picture, which the player draws in. @type {Picture} */
 let picture;
@@ -101,9 +101,9 @@ async function loadWorlds() {
   /** @type {World[]} */
   const worlds = await list("/v1/worlds");
   const worldTimes = Object.fromEntries(worlds.map((world) => [world.id, world.time_s]));
-  const isFirst = store.get().world === null;
   const { world } = store.get();
-  const isGone = world !== null && !worlds.some(({ id }) => id === world);
+  const isFirst = world === null;
+  const isGone = !isFirst && !worlds.some(({ id }) => id === world);
   if (isGone) store.update({ robot: null, sample: null });
   store.update({ worlds, worldTimes, world: isFirst || isGone ? (worlds[0]?.id ?? null) : world });
   if (isGone) refreshAll();
