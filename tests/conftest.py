@@ -27,8 +27,8 @@ YOUNG_OBJECTS = 200_000
 """So many more objects are made than freed between two collections of garbage; 700 by default. The objects of a running
 service outlive its test's collections: with fewer, a tenth of the CPU time of such tests goes to looking at them again.
 """
-# Else the workflow engine logs to standard error as it finds it when it is first made, in some test that captures it, and
-# fails to flush that in later ones.
+# Else the workflow engine logs to standard error as it is when it is first made, captured for one test say, and fails
+# to flush it in later ones.
 logging.getLogger("dbos").addHandler(logging.NullHandler())
 logging.getLogger("dbos").propagate = False
 settings.register_profile("macta", deadline=None)  # a loaded machine is no failure

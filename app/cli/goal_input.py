@@ -153,16 +153,16 @@ def _together(
     """
     stated: list[Understood] = []
     for index, sentence in enumerate(sentences):
-        before = [goal.args[-1] for one in stated for goal in one.goals if goal.args]
-        after = [place for one in alone[index + 1 :] for place in _named(one)]
+        before = [goal for one in stated for goal in one.goals]
+        after = [goal for one in alone[index + 1 :] for goal in _named(one)]
         stated.append(_stated(sentence, world, facts, verbs, constraints, (*before, *after)))
     return stated
 
 
-def _named(understood: Understood) -> Sequence[str]:
-    """The places that the goals of a sentence aim at, without those that were chosen for it."""
+def _named(understood: Understood) -> Sequence[SymbolicFact]:
+    """The goals of a sentence without those whose place was chosen for it."""
     chosen = {name for reading in understood.readings for name in reading.means}
-    return [goal.args[-1] for goal in understood.goals if goal.args and goal.args[-1] not in chosen]
+    return [goal for goal in understood.goals if goal.args and goal.args[-1] not in chosen]
 
 
 def _emptying(
@@ -201,11 +201,13 @@ def _stated(
     facts: Facts,
     verbs: Verbs | None,
     beside: Constraints = UNCONSTRAINED,
-    taken: Sequence[str] = (),
+    other_goals: Sequence[SymbolicFact] = (),
 ) -> Understood:
     if FACT.match(sentence):
         return Understood(goals=(_fact(sentence),))
-    understood = understand(sentence, world, facts, verbs=verbs, now=_now(), beside=beside, taken=taken)
+    understood = understand(
+        sentence, world, facts, verbs=verbs, now=_now(), beside=beside, aims=lambda: other_goals
+    )
     if isinstance(understood, Clarification):
         raise understood.refusal()
     return understood

@@ -45,7 +45,7 @@ from app.domain.recovery_rules import policy_for
 from app.domain.tender_document import Allocation
 from app.domain.world_model import Facts
 from app.planning.goal_planning import finish_without_mission
-from app.planning.hold_service import HoldService, open_goals
+from app.planning.hold_service import HoldService, open_aims, open_goals
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
@@ -372,9 +372,9 @@ class GoalService:
         said = self._said(session, request, world, facts, beside=held)
         if isinstance(said, Clarification):
             return said
-        emptying = goals_of_holds(
-            said.holds, said.goals, world, facts, within=said.constraints.and_also(held)
-        )
+        within = said.constraints.and_also(held)
+        aims = partial(open_aims, session, world.name)
+        emptying = goals_of_holds(said.holds, said.goals, world, facts, within=within, aims=aims)
         if isinstance(emptying, Clarification):
             return emptying
         return _Stated.of(said, *emptying, standing)
@@ -403,6 +403,7 @@ class GoalService:
             now=self._now(),
             missions=partial(self._open_missions, session, world.name),
             goals=partial(open_goals, session, world.name),
+            aims=partial(open_aims, session, world.name),
             beside=request.constraints.and_also(beside).and_also(kept_by(holds)),
         )
         if isinstance(stated, Clarification):

@@ -315,6 +315,13 @@ def open_goals(session: Session, world: str) -> tuple[str, ...]:
     return tuple(session.scalars(query.order_by(GoalRow.created_at, GoalRow.id)))
 
 
+def open_aims(session: Session, world: str) -> tuple[SymbolicFact, ...]:
+    """What the goals of a world that are not over are to make true, each fact once."""
+    query = select(GoalRow.goal).where(GoalRow.world == world, GoalRow.state.in_(goal_lifecycle.OPEN))
+    facts = (SymbolicFact.model_validate(fact) for goal in session.scalars(query) for fact in goal)
+    return tuple(dict.fromkeys(facts))
+
+
 def end_hold(
     session: Session,
     events: EventLog,

@@ -6,6 +6,7 @@ The grammar is in `goals.lark`, what its verbs mean in `verbs.yaml`.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from functools import cache
 from itertools import product
 
 from app.domain.goal_language.clarification import Clarification
@@ -21,7 +22,7 @@ from app.domain.goal_language.constraints import (
 from app.domain.goal_language.hold_ends import hold_end
 from app.domain.goal_language.kept_facts import HoldFact
 from app.domain.goal_language.reachability import free_places
-from app.domain.goal_language.references import Origin, References
+from app.domain.goal_language.references import Aims, Origin, References, aimed_at, no_aims
 from app.domain.goal_language.roles import Players, with_roles
 from app.domain.goal_language.sentence import ENDS, Clause, Part, Phrase, Quantity, Tail
 from app.domain.goal_language.stated_holds import HoldEnd, StatedHold, kept_by
@@ -78,7 +79,7 @@ def understand(
     missions: Missions = no_missions,
     goals: Goals = no_goals,
     beside: Constraints = UNCONSTRAINED,
-    taken: Sequence[str] = (),
+    aims: Aims = no_aims,
 ) -> Understood | Clarification:
     """What a sentence asks for, or what to ask the operator.
 
@@ -86,11 +87,12 @@ def understand(
     :param now: the service's time in its time zone, for times of day; None: they are not understood.
     :param missions: called if the sentence names a mission; `goals`: if it names a goal.
     :param beside: constraints given beside the sentence; what the sentence leaves open is chosen within them.
-    :param taken: places that goals beside the sentence aim at: "any bay" is none of them.
+    :param aims: called if the sentence leaves a place open: "any bay" is none that another goal aims at.
     """
     known = shipped_verbs() if verbs is None else verbs
     times = Times(now, missions, goals)
-    first = _read(text, known, References(world=world, facts=facts), times, taken)
+    aims = cache(aims)
+    first = _read(text, known, References(world=world, facts=facts), times, aims)
     if isinstance(first, Clarification):
         return first
     within = first.constraints.of_robots(world).and_also(beside.of_robots(world))
@@ -104,19 +106,17 @@ def understand(
         applied = limits.in_world(world)
         if applied == NOTHING_WITHHELD:
             return first
-        again = _read(text, known, References(world=world, facts=facts, applied=applied), times, taken)
+        again = _read(text, known, References(world=world, facts=facts, applied=applied), times, aims)
         if not isinstance(again, Clarification):
             return again
     return first
 
 
-def _read(
-    text: str, verbs: Verbs, names: References, times: Times, taken: Sequence[str]
-) -> Understood | Clarification:
+def _read(text: str, verbs: Verbs, names: References, times: Times, aims: Aims) -> Understood | Clarification:
     progress = parse(text, verbs)
     if isinstance(progress, Clarification):
         return progress
-    reader = _Reader(text, verbs, names, times, taken)
+    reader = _Reader(text, verbs, names, times, aims)
     asked = reader.read(progress.clauses)
     return asked or reader.understood()
 
@@ -129,7 +129,7 @@ class _Reader:
     verbs: Verbs
     names: References
     times: Times
-    taken: Sequence[str]
+    aims: Aims
     goals: list[SymbolicFact] = field(default_factory=list)
     constraints: Constraints = UNCONSTRAINED
     due: Due | None = None
@@ -322,9 +322,7 @@ class _Reader:
         slot = _slot(verb, Role.OBJECT)
         chosen = []
         for subject in values[slot]:
-            aims = [*self.taken, *(goal.args[-1] for goal in self.goals)]
-            taken = [self.names.world.location_of.get(aim, aim) for aim in aims]
-            place = self.names.free_place(target, kind, subject, taken)
+            place = self.names.free_place(target, kind, subject, self._aimed_at(verb, subject))
             if isinstance(place, Clarification):
                 return place
             chosen.append(place)
@@ -333,6 +331,12 @@ class _Reader:
                 return asked
         self._note(target, chosen)
         return None
+
+    def _aimed_at(self, verb: Verb, thing: str) -> list[str]:
+        """The locations that the sentence so far, and goals of this kind beside it, aim at for other things."""
+        kinds = {template.name for template in verb.templates}
+        beside = [fact for fact in self.aims() if fact.predicate in kinds]
+        return aimed_at([*self.goals, *beside], thing, self.names.world)
 
     def _add(self, verb: Verb, values: dict[str, Sequence[str]]) -> Clarification | None:
         """Add the goals for every combination of the slots' values."""
@@ -343,7 +347,7 @@ class _Reader:
                 if name not in bound and slot.default is not None:
                     derivations[name] = Call.parse(slot.default)
             for name, call in derivations.items():
-                value = self._derived(call, bound)
+                value = self._derived(verb, call, bound)
                 if isinstance(value, Clarification):
                     return value
                 bound[name] = value
@@ -352,14 +356,16 @@ class _Reader:
             )
         return None
 
-    def _derived(self, call: Call, bound: Mapping[str, str]) -> str | Clarification:
+    def _derived(self, verb: Verb, call: Call, bound: Mapping[str, str]) -> str | Clarification:
         match Function(call.name):
             case Function.PLACE_OF:
                 return self.names.lying_place(bound[call.variables[0]])
             case Function.PARKING_OF:
-                return self.names.parking_of(bound[call.variables[0]])
+                robot = bound[call.variables[0]]
+                return self.names.parking_of(robot, self._aimed_at(verb, robot))
             case Function.CHARGER_OF:
-                return self.names.charger_of(bound[call.variables[0]])
+                robot = bound[call.variables[0]]
+                return self.names.charger_of(robot, self._aimed_at(verb, robot))
             case Function.KNOWN:
                 predicate, *first = call.filled(bound)
                 return self.names.known(predicate, first)

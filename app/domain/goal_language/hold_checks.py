@@ -15,7 +15,7 @@ from app.domain.goal_language.kept_facts import (
     unknown_in,
 )
 from app.domain.goal_language.reachability import free_for
-from app.domain.goal_language.references import References
+from app.domain.goal_language.references import Aims, References, aimed_at, no_aims
 from app.domain.goal_language.sentence import Phrase
 from app.domain.goal_language.stated_holds import StandingHold, StatedHold, kept_by, places_in
 from app.domain.goal_language.terms import Reading
@@ -40,10 +40,12 @@ def goals_of_holds(
     world: WorldFile,
     facts: Facts,
     within: Constraints,
+    aims: Aims = no_aims,
 ) -> tuple[tuple[SymbolicFact, ...], tuple[Reading, ...]] | Clarification:
     """The goals that make true what holds keep: facts that are not true yet, and what leaves places to be empty.
 
     :param within: everything that limits where it may go.
+    :param aims: called if something leaves a place: it goes to none that another goal aims at.
     """
     kept = [
         fact
@@ -53,7 +55,7 @@ def goals_of_holds(
     achieving = tuple(
         SymbolicFact(predicate=fact.predicate, args=fact.args) for fact in left_to_keep(kept, goals, world)
     )
-    emptying = _emptying_goals(holds, [*goals, *achieving], world, facts, within)
+    emptying = _emptying_goals(holds, [*goals, *achieving], world, facts, within, aims)
     if isinstance(emptying, Clarification):
         return emptying
     return (*achieving, *emptying[0]), emptying[1]
@@ -65,6 +67,7 @@ def _emptying_goals(
     world: WorldFile,
     facts: Facts,
     within: Constraints,
+    aims: Aims,
 ) -> tuple[tuple[SymbolicFact, ...], tuple[Reading, ...]] | Clarification:
     """The goals that move what lies in places to be held elsewhere, unless one of the goals moves it.
 
@@ -81,7 +84,8 @@ def _emptying_goals(
             continue  # `check_holds` refuses it
         for sample in remaining_samples(place, goals, world, facts):
             kind = world.location(world.location_of.get(place, place)).kind
-            taken = [world.location_of.get(goal.args[-1], goal.args[-1]) for goal in every]
+            beside = [aim for aim in aims() if aim.predicate == IN]
+            taken = aimed_at([*every, *beside], sample, world)
             chosen = names.free_place(Phrase(), kind, sample, taken)
             if isinstance(chosen, Clarification):
                 chosen = names.free_place(Phrase(), "", sample, taken)

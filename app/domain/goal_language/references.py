@@ -1,6 +1,6 @@
 """What the phrases of a sentence name in a world: samples, robots, places, and sets of them."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from app.domain.goal_language.clarification import Clarification
@@ -14,6 +14,7 @@ from app.domain.goal_language.verbs import NO_VERBS, Kind
 from app.domain.goal_language.words import joined, name_in, natural_key
 from app.domain.world_model.beliefs import NEAR, REACHES, ROBOT_POSITION, Facts, occupants, place_of
 from app.domain.world_model.berths import berths_of
+from robots.wire import SymbolicFact
 from robots.world import WorldFile
 from robots.world.parts import Aisle, Rectangle
 
@@ -22,6 +23,18 @@ PRONOUNS = frozenset({(), ("sample",), ("it",), ("one",)})
 PARKING_KINDS = ("home", "place", "dock")
 """Kinds of locations where a robot without a home may be parked, the first choice first."""
 LONG = "long"
+Aims = Callable[[], Collection[SymbolicFact]]
+"""What goals beside the sentence are to make true."""
+
+
+def no_aims() -> Collection[SymbolicFact]:
+    return ()
+
+
+def aimed_at(goals: Iterable[SymbolicFact], thing: str, world: WorldFile) -> list[str]:
+    """The locations that goals aim at for other things than this one, each as often as it is."""
+    aims = [goal.args[-1] for goal in goals if goal.args and thing not in goal.args]
+    return [world.location_of.get(aim, aim) for aim in aims]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -338,9 +351,9 @@ class References:
         return tuple(sorted(names, key=is_withheld))
 
     def free_place(self, phrase: Phrase, kind: str, thing: str, taken: Sequence[str]) -> str | Clarification:
-        """A free location of a kind for a sample or robot, one that nothing else of the sentence goes to.
+        """A free location of a kind for a sample or robot, one that no other goal aims at.
 
-        :param taken: the locations that the sentence's goals so far aim at.
+        :param taken: the locations that other goals aim at, each as often as it is.
         """
         closed = self.applied.avoided
         if thing in self.robots:
@@ -358,9 +371,10 @@ class References:
         for name in fitting:
             if list(taken).count(name) < self._room(name, closed, holds_samples=thing not in self.robots):
                 return name
+        aimed_at = f": goals aim at {joined(fitting)} already" if fitting else ""
         return Clarification(
             code="place-needed",
-            detail=f"there is no free {kind or 'place'}{f' in {whole.name}' if whole else ''} for {thing}",
+            detail=f"there is no free {kind or 'place'}{f' in {whole.name}' if whole else ''} for {thing}{aimed_at}",
             thing=phrase.said,
             choices=tuple(name for name in free if name not in taken),
             span=phrase.span,
@@ -378,13 +392,16 @@ class References:
             reached = {place.name for place in self.world.reach_of(self.world.robot(robot))}
         return _sorted({self.world.location_of.get(place, place) for place in reached})
 
-    def parking_of(self, robot: str) -> str | Clarification:
-        """The robot's home; without one, a free parking place that it reaches."""
+    def parking_of(self, robot: str, aimed_at: Collection[str]) -> str | Clarification:
+        """The robot's home; without one, a free parking place that it reaches.
+
+        :param aimed_at: the locations that other robots are to be parked at.
+        """
         home = self.world.robot(robot).home
         if home is not None:
             return home
         reached = self.reached_by(robot)
-        taken = self._taken_for(robot)
+        taken = self._taken_for(robot).union(aimed_at)
         for kind in PARKING_KINDS:
             for place in reached:
                 if self.world.location(place).kind == kind and place not in taken:
@@ -396,8 +413,12 @@ class References:
             choices=reached,
         )
 
-    def charger_of(self, robot: str) -> str | Clarification:
-        """The robot's home; without one, a charger that it reaches and that no other robot stands at, or else any."""
+    def charger_of(self, robot: str, aimed_at: Sequence[str]) -> str | Clarification:
+        """The robot's home; without one, a charger that it reaches: one that no other robot stands at, if there is one,
+        and that the fewest others are to be charged at.
+
+        :param aimed_at: the locations that other robots are to be charged at, each as often as it is.
+        """
         spec = self.world.robot(robot)
         if spec.home is not None:
             return spec.home
@@ -405,7 +426,7 @@ class References:
         chargers = [place.name for place in self.world.chargers_of(spec) if place.name in reached]
         taken = self._taken_for(robot)
         if chargers:
-            return min(chargers, key=lambda name: (name in taken, natural_key(name)))
+            return min(chargers, key=lambda one: (one in taken, aimed_at.count(one), natural_key(one)))
         return Clarification(
             code="place-needed",
             detail=f"{robot} has no home and reaches no charger; say where to charge it",

@@ -193,6 +193,15 @@ def test_stages_beside_a_sentence_do_not_contradict_its_order(api: TestClient) -
     assert text[slice(*refused["span"])] == "then"
 
 
+def test_goals_that_leave_their_place_open_get_different_ones(api: TestClient) -> None:
+    def place(sample: str) -> str:
+        body = {"text": f"move {sample} to any bay"}
+        said: str = api.post("/v1/goals", json=body).raise_for_status().json()["goal"][0]["args"][1]
+        return said
+
+    assert [place("sample_1"), place("sample_4"), place("sample_1")] == ["bay_1", "bay_3", "bay_1"]
+
+
 def test_a_free_place_is_chosen_within_the_constraints_beside_the_sentence(api: TestClient) -> None:
     body = {"text": "move sample_1 to any bay", "constraints": {"without": ["store_1"]}}
     checked = api.post("/v1/goals:check", json=body).json()

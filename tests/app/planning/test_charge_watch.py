@@ -45,12 +45,13 @@ def worker() -> InProcessWorker:
 
 
 @pytest.fixture
-def world_file() -> WorldFile:
-    """The sample store, with a charger in the yard in place of yard_1's home."""
+def world_file(request: pytest.FixtureRequest) -> WorldFile:
+    """The sample store, with a charger in the yard in place of yard_1's home, and, if asked for, of yard_2's."""
     data = load_world("sample_store").model_dump(mode="json")
-    charger = {"name": "charger_1", "kind": "charger", "at": [4.0, 1.8], "approach_deg": [0, 180]}
-    data["locations"].append(charger | {"capacity": 0})
-    data["robots"][0] |= {"home": None, "battery_wh": 2.0}
+    for number in range(getattr(request, "param", 1)):
+        charger = {"name": f"charger_{number + 1}", "kind": "charger", "at": [4.0 - number, 1.8]}
+        data["locations"].append(charger | {"approach_deg": [0, 180], "capacity": 0})
+        data["robots"][number] |= {"home": None, "battery_wh": 2.0}
     return WorldFile.model_validate(data)
 
 
@@ -165,6 +166,19 @@ def test_a_goal_waits_for_the_charger_is_not_stated_twice_and_once_withdrawn_onl
     api.post(f"/v1/goals/{goal['id']}:cancel", json={}).raise_for_status()
     assert looked(service, world_file, api, AGAIN_AFTER_S - 10) == 2
     assert looked(service, world_file, api, AGAIN_AFTER_S + 60) == 3
+
+
+@pytest.mark.parametrize("world_file", [2], indirect=True)
+def test_robots_that_are_low_together_are_charged_at_chargers_of_their_own(
+    api: TestClient, world_file: WorldFile, team: FakeTeam
+) -> None:
+    robots = [robot.name for robot in world_file.robots if robot.home is None]
+    team.faults.stuck.update(robots)
+    numbers = [{"quantity": "battery", "args": [robot], "value": LOW} for robot in robots]
+    api.put(f"{WORLD}/numbers", json={"numbers": numbers}).raise_for_status()
+    until(lambda: [goal["state"] for goal in goals(api)] == ["committed"] * 2)
+    charged = sorted(goal["goal"][0]["args"] for goal in goals(api))
+    assert charged == [["yard_1", "charger_1"], ["yard_2", "charger_2"]]
 
 
 def test_after_a_goal_without_a_plan_the_next_is_stated_only_later(

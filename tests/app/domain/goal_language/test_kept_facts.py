@@ -1,5 +1,6 @@
 """Facts that are kept true: how they are said, what contradicts them, and what plans leave alone for their sake."""
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 
 import pytest
@@ -11,6 +12,7 @@ from app.domain.goal_language.grammar import Clarification, Understood, understa
 from app.domain.goal_language.hold_checks import goals_of_holds, held_issues, standing_conflicts
 from app.domain.goal_language.kept_facts import HoldFact, achieves, contradicts, is_kept_true, kept_things
 from app.domain.goal_language.stated_holds import HoldEnd, StandingHold, StatedHold
+from robots.wire import SymbolicFact
 from tests.app.berthed_store import berthed_store
 from tests.app.sample_store import Store, said
 
@@ -241,13 +243,16 @@ def test_the_goal_brings_about_what_is_not_true_yet_and_nothing_that_is() -> Non
         until=HoldEnd(),
     )
 
-    def goals(*stated: str) -> list[str]:
-        found = goals_of_holds([hold], [said(one) for one in stated], STORE.world, STORE.facts, Constraints())
+    def goals(*stated: str, aims: Sequence[SymbolicFact] = ()) -> list[str]:
+        wanted = [said(one) for one in stated]
+        found = goals_of_holds([hold], wanted, STORE.world, STORE.facts, Constraints(), lambda: aims)
         assert not isinstance(found, Clarification)
         return [str(goal) for goal in found[0]]
 
     assert goals() == ["in(sample_1, bay_7)", "near(yard_1, door_1)", "in(sample_3, bay_1)"]
     assert goals("in(sample_1, bay_7)") == ["near(yard_1, door_1)", "in(sample_3, bay_1)"]
+    aimed_at = said("in(sample_4, bay_1)")
+    assert goals("in(sample_1, bay_7)", aims=[aimed_at]) == ["near(yard_1, door_1)", "in(sample_3, bay_3)"]
 
 
 def test_what_a_location_with_several_berths_has_room_for_is_not_withheld() -> None:

@@ -15,6 +15,7 @@ from app.domain.goal_language.verbs import shipped_verbs
 from app.domain.world_model import Facts, revise_beliefs
 from benchmarks.sentence_fuzz import NOUNS, damaged, drawn_sentence, outcome
 from planner import Fact
+from robots.wire import SymbolicFact
 from robots.world import WorldFile, generate_world, store_shape
 from robots.world.parts import Location
 from tests.app.berthed_store import berthed_store
@@ -191,6 +192,42 @@ def test_any_place_is_a_free_one_and_racks_take_several() -> None:
         "in(sample_1, bay_1)",
         "in(sample_3, bay_1)",
     ]
+
+
+@pytest.mark.parametrize(
+    ("other", "expected"),
+    [
+        (("in", "sample_2", "bay_1"), "in(sample_1, bay_3)"),
+        (("in", "sample_1", "bay_1"), "in(sample_1, bay_1)"),  # it is the same that is asked for again
+        (("near", "yard_1", "bay_1"), "in(sample_1, bay_1)"),  # which puts nothing there
+    ],
+)
+def test_any_place_is_none_that_another_goal_aims_at(other: tuple[str, ...], expected: str) -> None:
+    said = "move sample_1 to any bay"
+    fact = SymbolicFact(predicate=other[0], args=other[1:])
+    understood = understand(said, STORE.world, STORE.facts, aims=lambda: [fact])
+    assert isinstance(understood, Understood)
+    assert [str(goal) for goal in understood.goals] == [expected]
+
+
+def test_where_other_goals_aim_at_every_free_place_the_answer_names_them() -> None:
+    doors = [
+        SymbolicFact(predicate="in", args=(sample, door))
+        for sample, door in (("sample_3", "door_1"), ("sample_4", "door_2"))
+    ]
+    world, facts = STORE.world, STORE.facts - {Fact("object_position", ("sample_1", "in", "door_1"))}
+    asked = [0]
+
+    def aims() -> list[SymbolicFact]:
+        asked[0] += 1
+        return doors
+
+    question = understand("move sample_2 to any door", world, facts, aims=aims)
+    assert isinstance(question, Clarification)
+    assert question.detail == "there is no free door for sample_2: goals aim at door_2 already"
+    assert asked == [1]
+    understand("move sample_2 to bay_7", world, facts, aims=aims)
+    assert asked == [1], "nothing was left open"
 
 
 def test_a_robot_without_a_home_is_parked_where_nobody_stands() -> None:
@@ -453,6 +490,10 @@ def test_a_robot_without_a_home_is_charged_at_a_charger_that_it_reaches_rather_a
     two = Store(_with_locations(world, *world.locations, Location.model_validate(second)))
     assert Fact("robot_position", ("yard_2", "near", "a_charger")) in two.facts
     assert goals("charge yard_1", two) == ["charged(yard_1, charger_yard)"], "yard_2 stands at the other one"
+    assert goals("charge all robots of the yard", two) == [
+        "charged(yard_1, charger_yard)",
+        "charged(yard_2, a_charger)",
+    ]
     bare = Store(_with_locations(world, *(place for place in world.locations if place.kind != "charger")))
     question = understand("charge yard_1", bare.world, bare.facts, now=NOW)
     assert isinstance(question, Clarification)
