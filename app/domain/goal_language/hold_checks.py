@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from datetime import datetime
+from functools import cache
 
 from app.domain.goal_language.berth_choice import remaining_samples
 from app.domain.goal_language.clarification import Clarification
@@ -78,6 +79,7 @@ def _emptying_goals(
     applied = within.and_also(kept_by(holds)).in_world(world)
     names = References(world=world, facts=facts, applied=applied)
     every = list(goals)
+    aims = cache(aims)
     readings = []
     for place in sorted(places_in((name for hold in holds for name in hold.places), world), key=natural_key):
         if place not in world.places_by_location and place not in world.location_of:

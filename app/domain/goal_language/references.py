@@ -371,10 +371,11 @@ class References:
         for name in fitting:
             if list(taken).count(name) < self._room(name, closed, holds_samples=thing not in self.robots):
                 return name
-        aimed_at = f": goals aim at {joined(fitting)} already" if fitting else ""
+        aims = [name for name in fitting if name in taken]
+        why = f": goals aim at {joined(aims)} already" if aims else ""
         return Clarification(
             code="place-needed",
-            detail=f"there is no free {kind or 'place'}{f' in {whole.name}' if whole else ''} for {thing}{aimed_at}",
+            detail=f"there is no free {kind or 'place'}{f' in {whole.name}' if whole else ''} for {thing}{why}",
             thing=phrase.said,
             choices=tuple(name for name in free if name not in taken),
             span=phrase.span,
