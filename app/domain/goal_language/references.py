@@ -372,7 +372,7 @@ class References:
             if list(taken).count(name) < self._room(name, closed, holds_samples=thing not in self.robots):
                 return name
         aims = [name for name in fitting if name in taken]
-        why = f": goals aim at {joined(aims)} already" if aims else ""
+        why = f": goals aim at {joined(aims, last='and')} already" if aims else ""
         return Clarification(
             code="place-needed",
             detail=f"there is no free {kind or 'place'}{f' in {whole.name}' if whole else ''} for {thing}{why}",
