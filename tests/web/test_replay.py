@@ -51,6 +51,32 @@ def test_a_recording_is_scrubbed_and_shows_what_was(past: Page) -> None:
     expect(past.locator(".actual.finished")).to_have_count(8)
 
 
+def test_the_worlds_robots_are_drawn_from_the_start_and_others_once_they_have_come(
+    page: Page, service: FakeService, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorded = service.replay
+
+    def heard_later(mission_id: str) -> dict[str, Any]:
+        replay = recorded(mission_id)
+        later_s = replay["missions"][0]["at_s"] + 10
+        first = [[later_s, 2.0, 3.0, 0.0, None, None]]
+        return replay | {"robots": replay["robots"] | {"store_1": first, "visitor_1": first}}
+
+    monkeypatch.setattr(service, "replay", heard_later)
+    service.propose("move sample_1 to bay_1")
+    service.approve("plan-1")
+    service.complete("mission-1")
+    page.get_by_test_id("mission-replay").click()
+    expect(page.locator(".robot-mark")).to_have_count(2)
+    expect(page.locator(".robot-mark[data-robot=store_1] > g")).to_have_attribute(
+        "transform", "translate(2 -3) rotate(0)"
+    )
+    scrub(page, 9)
+    expect(page.locator(".robot-mark")).to_have_count(2)
+    scrub(page, 10)
+    expect(page.locator(".robot-mark")).to_have_count(3)
+
+
 def test_a_recording_is_played_to_its_end_at_fifty_times_the_speed(past: Page) -> None:
     past.get_by_label("Speed").select_option("50")
     past.get_by_test_id("replay-play").click()

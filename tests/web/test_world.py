@@ -173,8 +173,8 @@ def test_a_robot_and_a_sample_looked_at_are_left_with_their_world(map_of: Page, 
     service.worlds.append("yonder")
     choice, panel = map_of.locator("#world"), map_of.get_by_test_id("robot-panel")
     map_of.locator(".robot-mark[data-robot=yard_1] circle").click()
+    expect(panel).to_be_visible()  # before it is, it may move the map under the next click
     map_of.locator("[data-name=sample_2] rect").click()
-    expect(panel).to_be_visible()
     expect(map_of.locator(".picked")).to_have_count(1)
     choice.select_option("yonder")
     expect(panel).to_be_hidden()

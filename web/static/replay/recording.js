@@ -1,10 +1,10 @@
 // A recording, queried at any instant: robots' poses and telemetry, samples' places, the mission's state.
 
-const EARLY_S = 0.5; // a robot is drawn this long before its first row, because rows are not simultaneous
-
 /** @param {Replay} replay @returns {Recording} */
 export function createRecording(replay) {
   const times = [...Object.values(replay.robots).flatMap((rows) => [rows[0]?.[0], rows.at(-1)?.[0]]), ...replay.missions.map((one) => one.at_s)].filter((time) => typeof time === "number");
+  // These are drawn from the start, where they were first heard from; others have come later.
+  const present = new Set(replay.world.layout.robots.map(({ name }) => name));
   return {
     from: Math.min(...times),
     to: Math.max(...times),
@@ -12,7 +12,7 @@ export function createRecording(replay) {
     events: replay.events,
     results: replay.results ?? [],
     robots(time) {
-      const started = Object.entries(replay.robots).filter(([, rows]) => rows.length && rows[0][0] <= time + EARLY_S);
+      const started = Object.entries(replay.robots).filter(([name, rows]) => rows.length && (present.has(name) || rows[0][0] <= time));
       return Object.fromEntries(started.map(([name, rows]) => [name, { ...lastRow(replay.telemetry?.[name] ?? [], time), ...pose(rows, time), at_s: time }]));
     },
     samples: (time) => new Map(Object.entries(lastRow(replay.samples, time)?.lying ?? {})),
