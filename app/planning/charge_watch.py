@@ -5,7 +5,7 @@ board: the service states "charge yard_1", a goal as any other.
 """
 
 import logging
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -13,9 +13,9 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock, iso_utc
 from app.domain.errors import Busy, Conflict, Invalid, NotFound
-from app.domain.lifecycles.goal import OPEN
 from app.domain.world_model.numbers import BATTERY
 from app.planning.goal_service import GoalRequest, GoalService
+from app.planning.hold_service import open_aims
 from app.store import GoalRow, NumberRow
 from app.store.editions import WorldDirectory
 from app.store.known_empty import KnownEmpty
@@ -103,7 +103,7 @@ class ChargeWatch:
             passed_over = {
                 *all_reserved(self._reservations.of_world(session, world)).robots,
                 *withdrawn_robot_reasons(session, world),
-                *_to_be_charged(session, world),
+                *(fact.args[0] for fact in open_aims(session, world) if fact.predicate == CHARGED),
             }
             return [name for name in low if name not in passed_over and self._is_time(session, world, name)]
 
@@ -135,11 +135,3 @@ def _sentence(robot: str) -> str:
 def _without_home(world: WorldFile) -> Sequence[str]:
     """The robots that are charged at shared chargers only, and that software of their own does not charge."""
     return [robot.name for robot in world.simulated if robot.home is None and world.chargers_of(robot)]
-
-
-def _to_be_charged(session: Session, world: str) -> Collection[str]:
-    """The robots that open goals of the world charge, whoever has submitted them."""
-    query = select(GoalRow.goal).where(GoalRow.world == world, GoalRow.state.in_(OPEN))
-    return {
-        fact["args"][0] for goal in session.scalars(query) for fact in goal if fact["predicate"] == CHARGED
-    }

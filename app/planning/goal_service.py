@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 from sqlalchemy import func, select
@@ -25,6 +25,7 @@ from app.domain.goal_language.hold_checks import (
     standing_conflicts,
 )
 from app.domain.goal_language.issues import unknown_name
+from app.domain.goal_language.references import Aims
 from app.domain.goal_language.stated_holds import (
     HoldPreview,
     StandingHold,
@@ -369,11 +370,11 @@ class GoalService:
         """What the request asks for, chosen within the holds that stand, with the goals that its own holds need."""
         standing = standing_holds(session, world.name)
         held = kept_by_standing(standing)
-        said = self._said(session, request, world, facts, beside=held)
+        aims = cache(partial(open_aims, session, world.name))
+        said = self._said(session, request, world, facts, beside=held, aims=aims)
         if isinstance(said, Clarification):
             return said
         within = said.constraints.and_also(held)
-        aims = partial(open_aims, session, world.name)
         emptying = goals_of_holds(said.holds, said.goals, world, facts, within=within, aims=aims)
         if isinstance(emptying, Clarification):
             return emptying
@@ -387,10 +388,11 @@ class GoalService:
         facts: Facts,
         *,
         beside: Constraints,
+        aims: Aims,
     ) -> Understood | Clarification:
         """What the request says.
 
-        :param beside: what else limits its choices.
+        :param beside: what else limits its choices; `aims`: what other goals are to make true.
         """
         holds = tuple(request.holds)
         if request.text is None:
@@ -403,7 +405,7 @@ class GoalService:
             now=self._now(),
             missions=partial(self._open_missions, session, world.name),
             goals=partial(open_goals, session, world.name),
-            aims=partial(open_aims, session, world.name),
+            aims=aims,
             beside=request.constraints.and_also(beside).and_also(kept_by(holds)),
         )
         if isinstance(stated, Clarification):

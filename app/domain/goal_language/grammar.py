@@ -22,7 +22,7 @@ from app.domain.goal_language.constraints import (
 from app.domain.goal_language.hold_ends import hold_end
 from app.domain.goal_language.kept_facts import HoldFact
 from app.domain.goal_language.reachability import free_places
-from app.domain.goal_language.references import Aims, Origin, References, aimed_at, no_aims
+from app.domain.goal_language.references import Aims, Origin, References, locations_aimed_at, no_aims
 from app.domain.goal_language.roles import Players, with_roles
 from app.domain.goal_language.sentence import ENDS, Clause, Part, Phrase, Quantity, Tail
 from app.domain.goal_language.stated_holds import HoldEnd, StatedHold, kept_by
@@ -336,7 +336,7 @@ class _Reader:
         """The locations that the sentence so far, and goals of this kind beside it, aim at for other things."""
         kinds = {template.name for template in verb.templates}
         beside = [fact for fact in self.aims() if fact.predicate in kinds]
-        return aimed_at([*self.goals, *beside], thing, self.names.world)
+        return locations_aimed_at([*self.goals, *beside], thing, self.names.world)
 
     def _add(self, verb: Verb, values: dict[str, Sequence[str]]) -> Clarification | None:
         """Add the goals for every combination of the slots' values."""

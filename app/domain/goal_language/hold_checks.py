@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from datetime import datetime
-from functools import cache
 
 from app.domain.goal_language.berth_choice import remaining_samples
 from app.domain.goal_language.clarification import Clarification
@@ -16,7 +15,7 @@ from app.domain.goal_language.kept_facts import (
     unknown_in,
 )
 from app.domain.goal_language.reachability import free_for
-from app.domain.goal_language.references import Aims, References, aimed_at, no_aims
+from app.domain.goal_language.references import Aims, References, locations_aimed_at, no_aims
 from app.domain.goal_language.sentence import Phrase
 from app.domain.goal_language.stated_holds import StandingHold, StatedHold, kept_by, places_in
 from app.domain.goal_language.terms import Reading
@@ -79,7 +78,6 @@ def _emptying_goals(
     applied = within.and_also(kept_by(holds)).in_world(world)
     names = References(world=world, facts=facts, applied=applied)
     every = list(goals)
-    aims = cache(aims)
     readings = []
     for place in sorted(places_in((name for hold in holds for name in hold.places), world), key=natural_key):
         if place not in world.places_by_location and place not in world.location_of:
@@ -87,7 +85,7 @@ def _emptying_goals(
         for sample in remaining_samples(place, goals, world, facts):
             kind = world.location(world.location_of.get(place, place)).kind
             beside = [aim for aim in aims() if aim.predicate == IN]
-            taken = aimed_at([*every, *beside], sample, world)
+            taken = locations_aimed_at([*every, *beside], sample, world)
             chosen = names.free_place(Phrase(), kind, sample, taken)
             if isinstance(chosen, Clarification):
                 chosen = names.free_place(Phrase(), "", sample, taken)

@@ -31,7 +31,7 @@ def no_aims() -> Collection[SymbolicFact]:
     return ()
 
 
-def aimed_at(goals: Iterable[SymbolicFact], thing: str, world: WorldFile) -> list[str]:
+def locations_aimed_at(goals: Iterable[SymbolicFact], thing: str, world: WorldFile) -> list[str]:
     """The locations that goals aim at for other things than this one, each as often as it is."""
     aims = [goal.args[-1] for goal in goals if goal.args and thing not in goal.args]
     return [world.location_of.get(aim, aim) for aim in aims]

@@ -211,16 +211,12 @@ def test_any_place_is_none_that_another_goal_aims_at(other: tuple[str, ...], exp
 
 
 def test_where_other_goals_aim_at_every_free_place_the_answer_names_them() -> None:
-    doors = [
-        SymbolicFact(predicate="in", args=(sample, door))
-        for sample, door in (("sample_3", "door_1"), ("sample_4", "door_2"))
-    ]
-    world, facts = STORE.world, STORE.facts - {Fact("object_position", ("sample_1", "in", "door_1"))}
+    world, facts = STORE.world, STORE.facts  # sample_1 lies at door_1
     asked = [0]
 
     def aims() -> list[SymbolicFact]:
         asked[0] += 1
-        return doors
+        return [SymbolicFact(predicate="in", args=("sample_4", "door_2"))]
 
     question = understand("move sample_2 to any door", world, facts, aims=aims)
     assert isinstance(question, Clarification)
@@ -231,12 +227,18 @@ def test_where_other_goals_aim_at_every_free_place_the_answer_names_them() -> No
 
 
 def test_a_robot_without_a_home_is_parked_where_nobody_stands() -> None:
-    homeless = STORE.world.robot("yard_1").model_copy(update={"home": None})
-    robots = tuple(homeless if one.name == "yard_1" else one for one in STORE.world.robots)
-    world = STORE.world.model_copy(update={"robots": robots})
+    data = STORE.world.model_dump(mode="json")
+    (yard_1,) = (robot for robot in data["robots"] if robot["name"] == "yard_1")
+    yard_1["home"] = None
+    world = WorldFile.model_validate(data)
+    assert world.robot("yard_1").home is None
     question = understand("park yard_1", world, STORE.facts)
     assert isinstance(question, Understood)
     assert [str(goal) for goal in question.goals] == ["near(yard_1, home_yard_1)"]
+    other = SymbolicFact(predicate="near", args=("yard_2", "home_yard_1"))
+    elsewhere = understand("park yard_1", world, STORE.facts, aims=lambda: [other])
+    assert isinstance(elsewhere, Clarification)
+    assert elsewhere.code == "place-needed", "no other place of the yard is for parking"
 
 
 @pytest.mark.parametrize(
