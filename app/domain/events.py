@@ -151,7 +151,7 @@ class GoalWithdrawn(GoalEvent, type="goal.withdrawn"):
 
 
 class GoalFinished(GoalEvent, type="goal.finished"):
-    """The goal's mission has ended; `outcome` is the state it ended in. Without a mission: nothing was to be done."""
+    """Its mission has ended in the state `outcome`, or has done its part of it, or there was nothing to be done."""
 
     outcome: MissionState
     reason: str

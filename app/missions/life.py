@@ -21,7 +21,7 @@ from app.domain.lifecycles.script import ask, order
 from app.domain.mission_monitor import Verdict, cancelled, review
 from app.missions.clearance import next_time_s, renew_clearances
 from app.missions.dispatch import ScriptDispatcher
-from app.missions.ending import end_mission
+from app.missions.ending import end_mission, finish_parts
 from app.missions.mission_view import MissionViews, scripts_of_all_plans
 from app.missions.recovery import RecoverySteps
 from app.planning.tenders import Tenders
@@ -90,6 +90,7 @@ class MissionLife:
         :param tenders: None: robots do not bid for goals.
         :param silent_in_s: least world seconds until a robot's silence is longer than its radio explains.
         """
+        self._core = core
         self._database = core.database
         self._events = core.events
         self._views = MissionViews(core, silent_in_s=silent_in_s)
@@ -140,6 +141,7 @@ class MissionLife:
             monotonic_s = self._clock.monotonic_s()
             current = [script for script in scripts if script.plan_id == mission.plan_id]
             renew_clearances(session, self._events, mission, current, now_s=now_s)
+            finish_parts(session, self._core, mission, current)
             until_s = next_time_s(current)
             if mission.asked_at is not None and self._stands(mission.world):
                 self._note_asked(mission)  # they have the time to answer once their world goes on

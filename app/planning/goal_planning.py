@@ -123,8 +123,7 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         if joint is None or joint.state in goal_lifecycle.OPEN:
             return joint is not None
         if joint.outcome == MissionState.COMPLETED:
-            reason = f"carried out together with others by {joint.mission_id or joint.id}"
-            finish_without_mission(session, self._events, goal, reason, carried_out_by=joint.mission_id)
+            finish_with_others(session, self._events, goal, joint)
         elif joint.outcome == MissionState.CANCELLED:
             reason = f"{joint.id}, which carried it out together with others, was cancelled"
             goal_lifecycle.withdraw(goal, outcome=joint.outcome, reason=reason)
@@ -312,15 +311,18 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return ReplacedPlan(plan_id=plan.id, plan_net=net, edits=body.edits)
 
 
-def finish_without_mission(
-    session: Session, events: EventLog, goal: GoalRow, reason: str, carried_out_by: str | None = None
-) -> None:
-    """End a goal for which there is nothing to carry out.
-
-    :param carried_out_by: the mission of another goal that has done it.
-    """
-    goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason, carried_out_by=carried_out_by)
+def finish_without_mission(session: Session, events: EventLog, goal: GoalRow, reason: str) -> None:
+    """End a goal for which there is nothing to carry out."""
+    goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason)
     events.append(session, GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=reason))
+
+
+def finish_with_others(session: Session, events: EventLog, goal: GoalRow, joint: GoalRow) -> None:
+    """End a goal that its joint goal has carried out."""
+    reason = f"carried out together with others by {joint.mission_id or joint.id}"
+    outcome = MissionState.COMPLETED
+    goal_lifecycle.finish(goal, outcome=outcome, reason=reason, carried_out_by=joint.mission_id)
+    events.append(session, GoalFinished(subject=goal.id, outcome=outcome, reason=reason))
 
 
 def _is_true(solution: Solution) -> bool:

@@ -80,10 +80,40 @@ def test_what_is_to_be_done_each_time_was_done_by_the_mission_that_carried_it_ou
     assert len(api.get("/v1/missions").json()["items"]) == 1
 
 
+@ON_BOTH
+def test_a_goal_ends_once_its_part_is_done_while_the_mission_goes_on(
+    api: TestClient, follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.stuck.add("store_2")
+    goals = waiting(api, follow, TEXTS["sample_1"], TEXTS["sample_2"])
+    bring_back(api)
+    ended = follow(goals[1], "finished")
+    (joint,) = stated(api)
+    assert (joint["state"], ended["mission_id"]) == ("committed", joint["mission_id"])
+    assert ended["reason"] == f"carried out together with others by {joint['mission_id']}"
+    assert api.get(goals[0]).json()["state"] == "waiting"
+    team.faults.stuck.clear()
+    for goal in (goals[0], f"/v1/goals/{joint['id']}"):
+        assert follow(goal, "finished")["outcome"] == "completed"
+
+
+def test_what_was_done_before_the_mission_was_cancelled_stays_done(
+    api: TestClient, follow: Follow, team: FakeTeam
+) -> None:
+    team.faults.stuck.add("store_2")
+    goals = waiting(api, follow, *TEXTS.values())
+    bring_back(api)
+    mission = follow(goals[1], "finished")["mission_id"]
+    api.post(f"/v1/missions/{mission}:cancel", json={}).raise_for_status()
+    team.faults.stuck.clear()
+    assert follow(goals[0], "withdrawn")["outcome"] == "cancelled"
+    assert api.get(goals[1]).json()["outcome"] == "completed"
+
+
 def test_a_goal_that_another_carries_out_waits_for_it_and_is_cancelled_by_its_mission(
     api: TestClient, follow: Follow, team: FakeTeam
 ) -> None:
-    team.faults.stuck.add("yard_1")
+    team.faults.stuck.update(("yard_1", "store_1"))
     goals = waiting(api, follow, *TEXTS.values())
     bring_back(api)
     until(lambda: stated(api))
