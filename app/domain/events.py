@@ -151,7 +151,7 @@ class GoalWithdrawn(GoalEvent, type="goal.withdrawn"):
 
 
 class GoalFinished(GoalEvent, type="goal.finished"):
-    """Its mission has ended in the state `outcome`, or has done its part of it, or there was nothing to be done."""
+    """Its mission has ended in the state `outcome`, or has done this goal's part, or nothing was to be done."""
 
     outcome: MissionState
     reason: str

@@ -311,18 +311,21 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         return ReplacedPlan(plan_id=plan.id, plan_net=net, edits=body.edits)
 
 
-def finish_without_mission(session: Session, events: EventLog, goal: GoalRow, reason: str) -> None:
-    """End a goal for which there is nothing to carry out."""
-    goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason)
+def finish_without_mission(
+    session: Session, events: EventLog, goal: GoalRow, reason: str, carried_out_by: str | None = None
+) -> None:
+    """End a goal for which there is nothing to carry out.
+
+    :param carried_out_by: the mission of another goal that has done it.
+    """
+    goal_lifecycle.finish(goal, outcome=MissionState.COMPLETED, reason=reason, carried_out_by=carried_out_by)
     events.append(session, GoalFinished(subject=goal.id, outcome=MissionState.COMPLETED, reason=reason))
 
 
 def finish_with_others(session: Session, events: EventLog, goal: GoalRow, joint: GoalRow) -> None:
     """End a goal that its joint goal has carried out."""
     reason = f"carried out together with others by {joint.mission_id or joint.id}"
-    outcome = MissionState.COMPLETED
-    goal_lifecycle.finish(goal, outcome=outcome, reason=reason, carried_out_by=joint.mission_id)
-    events.append(session, GoalFinished(subject=goal.id, outcome=outcome, reason=reason))
+    finish_without_mission(session, events, goal, reason, carried_out_by=joint.mission_id)
 
 
 def _is_true(solution: Solution) -> bool:
