@@ -344,6 +344,7 @@ class Service:
         self._alternatives_job = AlternativesJob(
             core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
         )
+        self.missions = MissionService(core, problems=problems, worlds=self._files, clocks=self.clocks)
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
         self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, calls=calls)
@@ -369,7 +370,6 @@ class Service:
     def _wire_missions(self) -> None:
         """From an approved plan to the mission's end."""
         core = self.core
-        self.missions = MissionService(core)
         self.lost_robots = LostRobots(core, clocks=self.clocks, board=self.board, waiting=self._waiting_goals)
         self.world_changes = WorldChanges(
             core,

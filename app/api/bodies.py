@@ -174,6 +174,15 @@ class EditPlan(Request):
     )
 
 
+class Replan(Decision):
+    edits: list[PlanEdit] = Field(
+        default=[],
+        max_length=MAX_EDITS,
+        description="of actions of the mission's plan; what they pin counts for its later plans, too",
+        examples=[[{"action": "a4", "robot": "yard_2"}]],
+    )
+
+
 class AlternativesSearch(BaseModel):
     """State of the search for alternatives to the proposed plan, or of the editing of a plan."""
 

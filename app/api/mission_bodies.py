@@ -124,7 +124,9 @@ class AttemptBody(BaseModel):
 
     number: int
     at_s: float
-    failure: FailureCategory
+    failure: FailureCategory | None = Field(
+        description="null: nothing has failed, an operator has asked for another plan"
+    )
     reason: str
     troubles: list[TroubleBody]
     measure: Measure | None = Field(

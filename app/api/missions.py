@@ -5,7 +5,7 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from app.api.bodies import Decision, Page, SetRecovery
+from app.api.bodies import Decision, Page, Replan, SetRecovery
 from app.api.goals import ACTOR
 from app.api.mission_bodies import MissionBody, ResultBody, ScriptBody, SpeechBody, mission_document
 from app.api.parameters import After, Id, Limit, NameFilter
@@ -88,6 +88,14 @@ def missions_router(missions: MissionService) -> APIRouter:
         )
         def ordered(mission_id: Id, body: Decision | None = None) -> MissionBody:
             return MissionBody.of(*carry_out(mission_id, ACTOR, body.comment if body else ""))
+
+    @router.post("/missions/{mission_id}:replan", status_code=202, responses=declared(409))
+    def replan_mission(mission_id: Id, body: Replan | None = None) -> MissionBody:
+        """Have what is not done yet planned again with the robots, places and facts of now, and with something pinned.
+        The mission's robots stop for it. The new plan is approved like a repair, by the mission's recovery policy; if
+        it is rejected the mission goes on with the rest of its present plan."""
+        body = body or Replan()
+        return MissionBody.of(*missions.replan(mission_id, body.edits, ACTOR, body.comment))
 
     order("cancel", missions.cancel)
     order("pause", missions.pause)

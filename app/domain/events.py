@@ -309,6 +309,14 @@ class MissionCancelRequested(MissionEvent, type="mission.cancel_requested"):
     comment: str
 
 
+class MissionReplanRequested(MissionEvent, type="mission.replan_requested"):
+    """An operator has asked for another plan of the mission; it is made once its robots have stopped."""
+
+    actor: str
+    comment: str
+    pinned: str
+
+
 class MissionRecoverySet(MissionEvent, type="mission.recovery_set"):
     """An operator has changed the mission's recovery policy."""
 
@@ -332,7 +340,7 @@ class MissionRecoveryBegun(MissionEvent, type="mission.recovery_begun"):
     """The search for a repair of the mission's plan has begun, for the `number`-th time."""
 
     number: int
-    failure: str
+    failure: str | None
     reason: str
 
 

@@ -116,6 +116,7 @@ class MissionView:
     :param contradictions: in what its robots have reported on this plan, in words.
     :param stopped_for: why its robots were stopped although none had failed.
     :param deadline_s: world's clock; None without a deadline.
+    :param replans: an operator has asked for another plan.
     """
 
     state: MissionState
@@ -135,6 +136,7 @@ class MissionView:
     reason: str = ""
     contradictions: Sequence[str] = ()
     stopped_for: str = ""
+    replans: bool = False
     deadline_s: float | None = None
 
     @property
@@ -147,10 +149,17 @@ class MissionView:
         return tuple(script.trouble for script in self.scripts if script.failed)
 
     @property
-    def category(self) -> FailureCategory:
-        """Of what has gone wrong: robots that contradict each other are at fault, not the world."""
+    def category(self) -> FailureCategory | None:
+        """Of what has gone wrong: robots that contradict each other are at fault, not the world. None: nothing has."""
         contradict = bool(self.contradictions) and not self.troubles
+        if self.replans and not contradict and not self.troubles:
+            return None
         return FailureCategory.ROBOT if contradict else category_of(self.troubles)
+
+    @property
+    def is_recovered(self) -> bool:
+        """Its plan is made again instead of it being ended."""
+        return self.policy is not Policy.NEVER or self.replans
 
     @property
     def why(self) -> str:
@@ -242,7 +251,7 @@ def _conclusion(view: MissionView) -> Verdict:
                 reason=f"waiting for reports of {', '.join(script.robot for script in unheard)}",
             )
         # NOTE: also if a robot failed, when all goals are true.
-        return Verdict(state=MissionState.COMPLETED, wait_s=0, reason=view.why)
+        return Verdict(state=MissionState.COMPLETED, wait_s=0, reason="" if view.replans else view.why)
     category = view.category
     recovery = _recovery(view, "; ".join(filter(None, (_what_happened(view), view.no_way))))
     if recovery is not None:
@@ -261,7 +270,7 @@ def _recovery(view: MissionView, reason: str) -> Verdict | None:
     ):
         now = reason if view.step is RecoveryStep.STUCK else view.reason
         return Verdict(state=view.state, wait_s=EXTENSION_S, reason=now)
-    if view.step is RecoveryStep.ENDING or view.cancel_requested or view.policy is Policy.NEVER:
+    if view.step is RecoveryStep.ENDING or view.cancel_requested or not view.is_recovered:
         return None
     if view.step is RecoveryStep.WAITING and view.left_s > 0:
         return Verdict(state=MissionState.RECOVERING, wait_s=view.left_s, reason=reason)
@@ -270,7 +279,7 @@ def _recovery(view: MissionView, reason: str) -> Verdict | None:
         return Verdict(
             state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=RecoveryStep.PLANNING
         )
-    if view.policy is Policy.AUTO:
+    if view.policy is Policy.AUTO and not view.replans:
         return None
     return Verdict(
         state=MissionState.RECOVERING, wait_s=EXTENSION_S, reason=reason, recover=RecoveryStep.STUCK
@@ -290,7 +299,7 @@ def _make_safe(view: MissionView, open_scripts: list[ScriptView], patience_s: fl
     why = "cancelled by the operator" if view.cancel_requested else _what_happened(view)
     names = tuple(script.robot for script in open_scripts)
     cancel = tuple(script.robot for script in open_scripts if not script.stopping)
-    recovers = not view.cancel_requested and view.policy is not Policy.NEVER
+    recovers = not view.cancel_requested and view.is_recovered
     if cancel or (view.asked_for_s or 0.0) < patience_s:
         reason = f"{why}; stopping {', '.join(names)}"
         state = MissionState.RECOVERING if recovers else view.state

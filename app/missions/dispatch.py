@@ -72,7 +72,6 @@ class ScriptDispatcher:
             mission.revised_at_s = now_s
             begun_s = now_s if mission.started_at_s is None else mission.started_at_s
             mission.estimate_s = max(now_s - begun_s + net.makespan_s, mission.original_estimate_s)
-        mission.stopped_for = ""
         mission.asked_at = None
         mission.enquire_at_s = now_s + net.makespan_s + mission.margin_s
         self._core.events.append(

@@ -16,7 +16,7 @@ from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import MISSION_PHASES, MissionOverdue, MissionRobotsAsked
 from app.domain.lifecycles.mission import MissionState, active_state, assess, has_ended, with_overdue
-from app.domain.lifecycles.recovery import RecoveryStep
+from app.domain.lifecycles.recovery import RecoveryStep, note_stop
 from app.domain.lifecycles.script import ask, order
 from app.domain.mission_monitor import Verdict, cancelled, review
 from app.missions.clearance import next_time_s, renew_clearances
@@ -151,7 +151,7 @@ class MissionLife:
                 self._close(session, mission, verdict)
                 return None
             if verdict.cancel and not view.troubles and not view.cancel_requested:
-                mission.stopped_for = view.why
+                note_stop(mission, view.why)
             self._act(session, mission, scripts, verdict, view.now_s)
             if verdict.recover is not None:
                 self._recovery.take(session, mission, view, verdict)

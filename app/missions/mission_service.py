@@ -1,4 +1,4 @@
-"""Operators' requests on missions: read, cancel, pause, resume, set the recovery policy."""
+"""Operators' requests on missions: read, cancel, pause, resume, plan again, set the recovery policy."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,16 +8,27 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.errors import Conflict, NotFound, unrecorded
-from app.domain.events import MissionCancelRequested, MissionPaused, MissionRecoverySet, MissionResumed
+from app.domain.events import (
+    MissionCancelRequested,
+    MissionPaused,
+    MissionRecoverySet,
+    MissionReplanRequested,
+    MissionResumed,
+)
 from app.domain.lifecycles import mission as mission_lifecycle
 from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
-from app.domain.lifecycles.recovery import RecoveryStep, try_again
+from app.domain.lifecycles.recovery import RecoveryStep, ask_for_plan, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
+from app.domain.plan_document import PlanBody
+from app.domain.plan_edits import Pins, PlanEdit, pins_of, words_of
 from app.domain.recovery_rules import Policy
 from app.missions.mission_speech import conversation_of
-from app.store import MissionRow, ResultRow, ScriptRow
-from app.store.records import all_of, page, read_only
+from app.planning.problem_builder import ProblemBuilder
+from app.store import MissionRow, PlanRow, ResultRow, ScriptRow
+from app.store.records import all_of, lock_goal, page, read_only
+from robots.clock import Clock
 from robots.wire import ControlVerb
+from robots.world import WorldFile
 
 Mission = tuple[MissionRow, list[ScriptRow]]
 
@@ -25,10 +36,23 @@ Mission = tuple[MissionRow, list[ScriptRow]]
 class MissionService:
     """Reads missions and takes operators' orders on them."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(
+        self,
+        core: Core,
+        *,
+        problems: ProblemBuilder,
+        worlds: Mapping[str, WorldFile],
+        clocks: Mapping[str, Clock],
+    ) -> None:
+        """:param worlds: their newest editions by name; likewise the clocks."""
         self._database = core.database
         self._events = core.events
         self._workflows = core.workflows
+        self._plan_nets = core.plan_nets
+        self._knowledge_base = core.knowledge_base
+        self._problems = problems
+        self._worlds = worlds
+        self._clocks = clocks
 
     def get(self, mission_id: str) -> Mission:
         with self._database.read() as session:
@@ -80,6 +104,47 @@ class MissionService:
             self._events.append(
                 session,
                 MissionCancelRequested(subject=mission.id, actor=actor, comment=comment, state=state),
+            )
+            self._workflows.wake(session, mission.workflow)
+            return _with_scripts(session, mission)
+
+    def replan(self, mission_id: str, edits: Sequence[PlanEdit], actor: str, comment: str) -> Mission:
+        """Have what the mission's robots have not done planned again, with something pinned. They stop meanwhile.
+
+        :raises Conflict: if the mission has ended, is being cancelled or recovered, is paused, or is planned again
+            already.
+        :raises Invalid: if an edit cannot be meant of its plan.
+        """
+        with self._database.write() as session:
+            goal_id = _mission(session, mission_id).goal_id
+            goal = lock_goal(session, goal_id)  # lock order: the goal before the mission
+            mission = _mission(session, mission_id, to_change=True)
+            _refuse_to_replan(mission)
+            pins: Pins = ()
+            if edits:
+                plan = session.get_one(PlanRow, mission.plan_id)
+                built = self._problems.build(session, goal)
+                pinned = PlanBody.model_validate(plan.body).edits
+                pins = pins_of(
+                    edits,
+                    self._plan_nets.of(session, plan.id),
+                    self._problems.pinned(built, pinned).problem,
+                    self._knowledge_base,
+                    world=self._worlds[mission.world],
+                    now_s=self._clocks[mission.world].now_s(),
+                )
+            words = words_of(pins)
+            reason = ": ".join(filter(None, ("an operator has asked for another plan", comment or words)))
+            ask_for_plan(mission, pins=[pin.model_dump(mode="json") for pin in pins], reason=reason)
+            self._events.append(
+                session,
+                MissionReplanRequested(
+                    subject=mission.id,
+                    actor=actor,
+                    comment=comment,
+                    pinned=words,
+                    state=MissionState(mission.state),
+                ),
             )
             self._workflows.wake(session, mission.workflow)
             return _with_scripts(session, mission)
@@ -159,6 +224,20 @@ def _refuse_ended(mission: MissionRow, verb: str) -> None:
         raise Conflict(
             f"mission {mission.id} is {mission.state}: it cannot be {verb} any longer", code="mission-ended"
         )
+
+
+def _refuse_to_replan(mission: MissionRow) -> None:
+    _refuse_ended(mission, "planned again")
+    if mission.cancel_requested:
+        raise Conflict(f"mission {mission.id} is being cancelled", code="being-cancelled")
+    if mission.replanning is not None:
+        raise Conflict(f"mission {mission.id} is being planned again already", code="being-replanned")
+    if is_paused(mission):
+        raise Conflict(
+            f"mission {mission.id} is paused; resume it, then have it planned again", code="mission-paused"
+        )
+    if mission.state == MissionState.RECOVERING:
+        raise Conflict(f"mission {mission.id} is being recovered: {mission.reason}", code="being-recovered")
 
 
 def _scripts(session: Session, mission_id: str) -> Sequence[ScriptRow]:

@@ -94,6 +94,7 @@ class MissionViews:
             reason=mission.reason,
             contradictions=[str(one) for one in recorded(mission) if one.plan_id == mission.plan_id],
             stopped_for=mission.stopped_for,
+            replans=mission.replanning is not None,
             deadline_s=mission.deadline_s,
         )
 

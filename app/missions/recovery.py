@@ -13,9 +13,10 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import MissionRepairProposed, MissionStuck
 from app.domain.lifecycles import recovery
 from app.domain.lifecycles.mission import MissionState, has_ended
-from app.domain.lifecycles.recovery import RecoveryStep, troubles_of
+from app.domain.lifecycles.recovery import RecoveryStep, goes_back, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
 from app.domain.plan_document import PlanBody
+from app.domain.plan_edits import GoalPin, Pins, together
 from app.domain.recovery_rules import (
     LeftOut,
     Policy,
@@ -68,7 +69,7 @@ class RecoverySteps:
     def take(self, session: Session, mission: MissionRow, view: MissionView, verdict: Verdict) -> None:
         """Begin to plan a repair, or record that the mission is stuck, as the monitor's verdict says."""
         if verdict.recover is RecoveryStep.PLANNING:
-            failure = view.category.value
+            failure = None if view.category is None else view.category.value
             self._requests.recover(session, mission, view.troubles, failure=failure, reason=verdict.reason)
         else:
             recovery.get_stuck(mission)
@@ -133,7 +134,8 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         self._out_of_service.take_out_failing(session, mission.world, failing)
         recovery.note_left_out(mission, without.words)
         built = self._problems.build(session, goal).without({*without.robots, *failing})
-        net = self._plan_nets.of(session, mission.plan_id)
+        plan = session.get_one(PlanRow, mission.plan_id)
+        net = self._plan_nets.of(session, plan.id)
         of_plan = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
         scripts = session.scalars(select(ScriptRow).where(*of_plan)).all()
         now_s = self._clocks[mission.world].now_s()
@@ -142,7 +144,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         recruits: Mapping[Fact, frozenset[str]] = {}
         if tender is not None and self._tenders is not None:
             recruits = self._tenders.recruits(tender, mission.world, built)
-        edits = PlanBody.model_validate(session.get_one(PlanRow, mission.plan_id).body).edits
+        edits = together((*PlanBody.model_validate(plan.body).edits, *_newly_pinned(mission)))
         built = self._problems.pinned(
             replace(built, problem=replace(built.problem, recruits=recruits)), edits
         )
@@ -152,12 +154,13 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             problem=replace(built.problem, facts=without.remove_from(built.problem.facts)),
             request=request,
             progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
+            is_thorough=mission.replanning is not None,
         )
         return RepairTask(
             problem=built,
             work=work,
             time_limit_s=request.time_limit_s,
-            replaces=ReplacedPlan(plan_id=mission.plan_id, plan_net=net, edits=edits),
+            replaces=ReplacedPlan(plan_id=plan.id, plan_net=net, edits=edits),
             is_under_way=True,
             left_out=without,
             tender=tender,
@@ -206,7 +209,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         recovery.propose(mission, plan_id=plan.id, measure=measure, detail="; ".join(words[:1]))
         goal.plan_id = plan.id
         session.flush()
-        if needs_decision(Policy(mission.recovery), measure):
+        if needs_decision(Policy(mission.recovery), measure) and not goes_back(mission):
             recovery.ask_operator(mission)
             mission.reason = f"{mission.attempts[-1]['reason']}; plan {plan.id} waits for a decision"
             self._events.append(
@@ -228,6 +231,12 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         mission.enquire_at_s = now_s + max(RETRY_BLOCKED_S, mission.original_estimate_s / 2)
         recovery.wait_for(mission, waits_for)
         self._requests.wake_after_attempt(session, mission)
+
+
+def _newly_pinned(mission: MissionRow) -> Pins:
+    """What the operator pins who has asked for another plan."""
+    asked = mission.replanning or {"pins": ()}
+    return tuple(GoalPin.model_validate(pin) for pin in asked["pins"])
 
 
 def _is_wanted(mission: MissionRow) -> bool:

@@ -282,7 +282,8 @@ class PlanApproval:
     def reject(self, plan_id: str, *, actor: str, comment: str = "") -> PlanRow:
         """Reject a plan; its goal is withdrawn with its last open plan. Rejecting again changes nothing.
 
-        If a repaired plan is rejected, its mission ends; its robots are safe.
+        If a repaired plan is rejected, its mission ends; its robots are safe. If an operator had asked for it, the
+        mission goes on with what is left of the plan before.
         """
         with self._database.write() as session:
             plan, goal = _to_decide(session, plan_id)
@@ -309,10 +310,15 @@ class PlanApproval:
     def _reject_repair(
         self, session: Session, mission_id: str, plan: PlanRow, goal: GoalRow, comment: str
     ) -> None:
-        """Record that the operator has rejected the repair; the mission ends."""
+        """Record that the operator has rejected the repair; the mission ends, unless an operator had asked for it."""
         mission = session.get_one(MissionRow, mission_id, with_for_update=True)
         goal.plan_id = mission.plan_id
         remark = f": {comment}" if comment else ""
+        if mission.replanning is not None:
+            reason = f"the other plan was rejected{remark}"
+            recovery.refuse_plan(mission, plan.id, reason)
+            self._requests.recover(session, mission, (), failure=None, reason=reason)
+            return
         recovery.reject(mission, plan.id, f"the repair was rejected{remark}")
         self._workflows.wake(session, mission.workflow)
 

@@ -53,12 +53,18 @@ class PlanningRequests:
         self.plan_goal(session, goal)
 
     def recover(
-        self, session: Session, mission: MissionRow, troubles: Sequence[Trouble], *, failure: str, reason: str
+        self,
+        session: Session,
+        mission: MissionRow,
+        troubles: Sequence[Trouble],
+        *,
+        failure: str | None,
+        reason: str,
     ) -> None:
         """Have the mission's plan repaired; this uses up one of its tries.
 
         :param troubles: the troubles of its present plan's scripts.
-        :param failure: the failure category that the attempt is recorded under.
+        :param failure: the failure category that the attempt is recorded under; None: nothing has failed.
         """
         at_s = self._clocks[mission.world].now_s()
         attempt = recovery.begin_attempt(mission, troubles, at_s=at_s, failure=failure, reason=reason)

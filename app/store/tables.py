@@ -375,9 +375,9 @@ class MissionRow(Base):
     `plan_id` is its current plan, `revision` counts its plans and `revised_at_s` is when it got the current one, if not
     the first. `recovery` is the recovery policy, `recovery_step` the current step, `tries_left` the number of tries
     left, `attempts` the recovery attempts with their outcomes; `stopped_for`: why its robots were stopped, in words, if
-    none of them had failed. `contradictions` in its robots' reports: see `app.domain.contradictions`. `workflow` is the
-    id of its current workflow, `results` the number of its results. `delegate`: robots in the field may put legs of
-    their scripts to each other.
+    none of them had failed; `replanning`: see `app.domain.lifecycles.recovery`. `contradictions` in its robots'
+    reports: see `app.domain.contradictions`. `workflow` is the id of its current workflow, `results` the number of its
+    results. `delegate`: robots in the field may put legs of their scripts to each other.
     """
 
     __tablename__ = "missions"
@@ -404,6 +404,7 @@ class MissionRow(Base):
     revision: Mapped[int] = mapped_column(default=1)
     revised_at_s: Mapped[float | None]
     stopped_for: Mapped[str] = mapped_column(default="")
+    replanning: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     recovery: Mapped[str] = mapped_column(default="never")
     recovery_step: Mapped[str | None]
     tries_left: Mapped[int] = mapped_column(default=0)

@@ -98,6 +98,7 @@ def repair(
     *,
     stability_s: float = KEPT_S,
     replans: bool = True,
+    is_thorough: bool = False,
 ) -> Repair:
     """Plan the rest of the mission, keeping the actions under way and as many of the remaining ones as pays.
 
@@ -115,6 +116,7 @@ def repair(
     :param problem: the present facts, and all the goals from now on.
     :param request: its time limit is for everything together.
     :param replans: False: without the last attempt.
+    :param is_thorough: all attempts are made, though an earlier one is good enough.
     :raises UnknownAction: if the progress names actions that the plan-net lacks.
     """
     timer = request.timer()
@@ -123,7 +125,7 @@ def repair(
         remaining = Remaining(plan_net, stated, progress, knowledge_base)
         left = replace(request, time_limit_s=max(timer.left_s, MIN_SHARE_S))
         planner = TimeLimitedEngine(engine, left, observer)
-        return _PlanRepair(planner, remaining, stability_s, replans=replans).run()
+        return _PlanRepair(planner, remaining, stability_s, replans=replans, is_thorough=is_thorough).run()
 
     if not problem.preferences:
         return repaired(problem)
@@ -168,11 +170,18 @@ _Candidate = tuple[Repair, PlanNet, Difference]
 
 class _PlanRepair:
     def __init__(
-        self, planner: TimeLimitedEngine, remaining: Remaining, stability_s: float, *, replans: bool
+        self,
+        planner: TimeLimitedEngine,
+        remaining: Remaining,
+        stability_s: float,
+        *,
+        replans: bool,
+        is_thorough: bool,
     ) -> None:
         self._remaining = remaining
         self._stability_s = stability_s
         self._replans = replans
+        self._is_thorough = is_thorough
         self._planner = planner
         self._goals = remaining.problem.goals
         progress = remaining.progress
@@ -260,6 +269,8 @@ class _PlanRepair:
         return repaired, plan_net, repaired.difference
 
     def _is_good_enough(self, candidate: _Candidate) -> bool:
+        if self._is_thorough:
+            return False
         _, plan_net, difference = candidate
         worth_s = EXPECTED_CHANGED_SHARE * self._stability_s * len(difference.kept)
         return not plan_net.late and plan_net.makespan_s <= self._estimate_s + worth_s

@@ -78,22 +78,56 @@ _OUTCOMES: Mapping[AttemptOutcome, tuple[AttemptOutcome, ...]] = {
 
 
 class Recovery(Protocol):
-    """The fields of a mission that its recovery assigns; the last of `attempts` is the present one."""
+    """The fields of a mission that its recovery assigns; the last of `attempts` is the present one.
+
+    `stopped_for`: why its robots were stopped, in words, if none of them had failed. `replanning`: an operator has
+    asked for another plan, with `pins`, what is pinned of it; None if not, or once it is approved or rejected.
+    """
 
     recovery_step: str | None
     tries_left: int
     attempts: list[Any]
+    stopped_for: str
+    replanning: dict[str, Any] | None
+
+
+def ask_for_plan(mission: Recovery, *, pins: Sequence[Mapping[str, Any]], reason: str) -> None:
+    """Have the mission's robots stopped and its plan made again, as an operator asks.
+
+    This uses up none of its tries.
+    """
+    mission.replanning = {"pins": list(pins)}
+    mission.stopped_for = reason
+    mission.tries_left += 1
+
+
+def refuse_plan(mission: Recovery, plan_id: str, detail: str) -> None:
+    """Note that the operator who has asked for another plan rejects it: the present one is to be carried on with."""
+    _conclude(mission, AttemptOutcome.REJECTED, plan_id=plan_id, detail=detail)
+    mission.replanning = None
+    mission.stopped_for = detail
+    mission.tries_left += 1
+
+
+def goes_back(mission: Recovery) -> bool:
+    """True if the mission goes back to the rest of its plan because the one that was asked for was rejected."""
+    return mission.replanning is None and mission.attempts[-1]["failure"] is None
+
+
+def note_stop(mission: Recovery, reason: str) -> None:
+    """Note why the mission's robots are stopped although none of them has failed."""
+    mission.stopped_for = reason
 
 
 def begin_attempt(
-    mission: Recovery, troubles: Sequence[Trouble], *, at_s: float, failure: str, reason: str
+    mission: Recovery, troubles: Sequence[Trouble], *, at_s: float, failure: str | None, reason: str
 ) -> Attempt:
     """Have the mission's plan repaired; this uses up one of its tries.
 
     :param troubles: the troubles of its present plan's scripts; those of scripts in earlier attempts are not recorded
         again.
     :param at_s: world's clock.
-    :param failure: the failure category that the attempt is recorded under.
+    :param failure: the failure category that the attempt is recorded under; None: nothing has failed.
     """
     _set_step(mission, RecoveryStep.PLANNING)
     mission.tries_left = max(0, mission.tries_left - 1)
@@ -130,8 +164,11 @@ def ask_operator(mission: Recovery) -> None:
 
 
 def approve(mission: Recovery, plan_id: str) -> None:
+    """Let the mission carry the repaired plan out."""
     _conclude(mission, AttemptOutcome.APPROVED, plan_id=plan_id)
     _set_step(mission, None)
+    mission.replanning = None
+    mission.stopped_for = ""
 
 
 def reject(mission: Recovery, plan_id: str, detail: str) -> None:

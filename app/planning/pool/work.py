@@ -101,6 +101,8 @@ class RepairWork:
 
     If there is no plan with all that is awarded or pinned, it no longer counts for the goals that it leaves no way to;
     if there is no plan with the rest either, none of it does, orders included.
+
+    :param is_thorough: see `planner.repair.repair`.
     """
 
     knowledge_base: KnowledgeBase
@@ -108,6 +110,7 @@ class RepairWork:
     problem: PlanningProblem
     request: PlanningRequest
     progress: MissionProgress = field(default=NOT_BEGUN)
+    is_thorough: bool = False
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
         problem = self.problem
@@ -124,7 +127,14 @@ class RepairWork:
 
     def _repaired(self, engine: PlanningEngine, observer: Observer, problem: PlanningProblem) -> Repair:
         return repair(
-            engine, self.knowledge_base, self.plan_net, problem, self.progress, self.request, observer
+            engine,
+            self.knowledge_base,
+            self.plan_net,
+            problem,
+            self.progress,
+            self.request,
+            observer,
+            is_thorough=self.is_thorough,
         )
 
 

@@ -166,7 +166,13 @@ class _Run:
 
         @cache
         def find(facts: frozenset[Fact], goals: Goals, *, levels: int = ALL_LEVELS) -> tuple[Fragment, ...]:
-            return known(self._permitted(facts, goals)).alternatives(goals, levels=levels, is_over=is_over)
+            permitted = self._permitted(facts, goals)
+            found = known(permitted).alternatives(goals, levels=levels, is_over=is_over)
+            if not found and problem.recruits:  # who is not recruited may stand in the way
+                driving = self._permitted(facts, goals, others_drive=True)
+                if driving != permitted:
+                    found = known(driving).alternatives(goals, levels=levels, is_over=is_over)
+            return found
 
         finder = TaskFinder(self._classified, find)
         if self._request.effort_s != 0.0:
@@ -191,9 +197,13 @@ class _Run:
             sequence = whole[0].actions if whole else None
         return self._none(tasks) if sequence is None else self.finished(sequence)
 
-    def _permitted(self, facts: frozenset[Fact], goals: Goals) -> frozenset[Fact]:
+    def _permitted(
+        self, facts: frozenset[Fact], goals: Goals, *, others_drive: bool = False
+    ) -> frozenset[Fact]:
         """The facts without the static ones about robots that are not recruited for any of these goals, and without
         those about places that are to be avoided for all of them.
+
+        :param others_drive: robots that are not recruited keep those by which they come to other places.
 
         Robots of a class are recruited for the same goals, so that scheduling keeps to what fragments have.
         """
@@ -209,7 +219,19 @@ class _Run:
         allowed = frozenset[str]().union(*(problem.recruits[goal] for goal in meant))
         others = self._classified.agents - allowed - frozenset(self._peripherals)
         return frozenset(
-            fact for fact in facts if fact.predicate in self._base.fluents or others.isdisjoint(fact.args)
+            fact
+            for fact in facts
+            if fact.predicate in self._base.fluents
+            or others.isdisjoint(fact.args)
+            or (others_drive and self._lets_drive(fact))
+        )
+
+    def _lets_drive(self, fact: Fact) -> bool:
+        """True of a static fact that lets a robot come to another place, or be otherwise there, by itself."""
+        return any(
+            literal.predicate == fact.predicate and one.extended({}, literal.terms, fact.args) is not None
+            for one in self._classified.setups
+            for literal in one.preconditions
         )
 
     def _meant(self, goal: Fact) -> Fact:

@@ -308,6 +308,36 @@ def test_a_world_that_is_not_as_the_plan_counts_on_stops_the_robots() -> None:
     assert (again.state, again.cancel) == (MissionState.RECOVERING, ())
 
 
+def asked(*scripts: ScriptView, **more: object) -> MissionView:
+    """A mission whose operator has asked for another plan."""
+    return recovered(*scripts, **{"replans": True, "stopped_for": "an operator has asked", **more})
+
+
+@pytest.mark.parametrize("policy", Policy)
+def test_a_mission_whose_operator_asks_for_another_plan_is_planned_again_by_every_policy(
+    policy: Policy,
+) -> None:
+    stopping = review(asked(AT_WORK, policy=policy), patience_s=PATIENCE_S)
+    assert (stopping.state, stopping.cancel) == (MissionState.RECOVERING, ("yard_1",))
+    planning = review(asked(STOPPED, DONE, policy=policy), patience_s=PATIENCE_S)
+    assert (planning.recover, planning.failure) == (RecoveryStep.PLANNING, None)
+    stuck = review(asked(STOPPED, policy=policy, no_way="store_2 is needed"), patience_s=PATIENCE_S)
+    assert (stuck.state, stuck.recover) == (MissionState.RECOVERING, RecoveryStep.STUCK)
+    cancelled = review(asked(STOPPED, policy=policy, cancel_requested=True), patience_s=PATIENCE_S)
+    assert cancelled.state is MissionState.CANCELLED
+
+
+def test_a_mission_that_is_done_before_its_robots_stop_is_completed_without_a_remark() -> None:
+    verdict = review(asked(DONE, missed=()), patience_s=PATIENCE_S)
+    assert (verdict.state, verdict.reason) == (MissionState.COMPLETED, "")
+
+
+def test_what_fails_while_a_plan_is_asked_for_is_the_failure() -> None:
+    verdict = review(asked(FAILED, STOPPED), patience_s=PATIENCE_S)
+    assert verdict.failure is FailureCategory.WORLD_CHANGED
+    assert "bay_7 is occupied" in verdict.reason
+
+
 def test_a_lost_robot_counts_as_failed_and_nobody_waits_for_it() -> None:
     lost = replace(AT_WORK, abandoned=True)
     verdict = review(recovered(lost, STOPPED), patience_s=PATIENCE_S)

@@ -80,6 +80,8 @@ class MissionMachine(RuleBasedStateMachine):
         self.is_second_run = False
         self.paused = False
         self.cancelled = False
+        self.asked_at: int | None = None
+        """The revision of which another plan was asked for, until it is carried out or rejected."""
         self.ended: tuple[str, float | None] | None = None
         self.orders: dict[str, int] = defaultdict(int)
 
@@ -159,6 +161,18 @@ class MissionMachine(RuleBasedStateMachine):
         refused = self.refused(lambda: self.services.missions.set_recovery(self.id, policy, "operator"))
         assert refused == (self.ended is not None)
 
+    @rule()
+    def replan(self) -> None:
+        """The operator asks for another plan."""
+        before = self.mission
+        is_asked = self.asked_at == before.revision
+        refused = self.refused(lambda: self.services.missions.replan(self.id, (), "operator", ""))
+        is_busy = is_asked or self.paused or before.state == "recovering"
+        assert refused == (self.ended is not None or self.cancelled or is_busy)
+        if not refused:
+            self.asked_at = before.revision
+            assert self.mission.tries_left == before.tries_left + 1
+
     @precondition(lambda self: self.open_plans())
     @rule(approves=st.booleans())
     def decide(self, approves: bool) -> None:
@@ -167,8 +181,10 @@ class MissionMachine(RuleBasedStateMachine):
         assert self.mission.recovery_step == "deciding"
         revision = self.mission.revision
         if not approves:
+            is_asked = self.asked_at == revision
             self.services.plans.reject(plan, actor="operator")
-            assert self.mission.recovery_step == "ending"
+            assert self.mission.recovery_step == ("planning" if is_asked else "ending")
+            self.asked_at = None
         elif self.refused(lambda: self.services.plans.approve(plan, actor="operator")):
             assert self.mission.recovery_step != "deciding"
         else:

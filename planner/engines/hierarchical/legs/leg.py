@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from planner.fact import Fact
-from planner.knowledge import GroundAction, KnowledgeBase
+from planner.knowledge import GroundAction, KnowledgeBase, Operator
 from planner.knowledge.operator import TEAM_SEPARATOR
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
@@ -86,6 +86,17 @@ class ClassifiedProblem:
             known = {name for name, own in self.problem.objects.items() if is_a(own, kind)}
             self._binds_only_things[kind] = bool(known) and known <= self.things
         return self._binds_only_things[kind]
+
+    @cached_property
+    def setups(self) -> tuple[Operator, ...]:
+        """The operators by which one agent only brings itself into another configuration."""
+        return tuple(
+            op
+            for op in self.knowledge_base.operators
+            if len(op.agents) == 1
+            and all(op.agents[0] in literal.terms for literal in op.intended_effects)
+            and not any(map(self.binds_only_things, op.parameters.values()))
+        )
 
     def is_setup(self, action: GroundAction) -> bool:
         """True if the action only brings its one agent into another configuration."""

@@ -104,12 +104,7 @@ class Setups:
         self._base = knowledge_base = classified.knowledge_base
         kind = self._problem.objects[agent]
         self._operators = [
-            op
-            for op in knowledge_base.operators
-            if len(op.agents) == 1
-            and knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
-            and all(op.agents[0] in literal.terms for literal in op.intended_effects)
-            and not any(map(classified.binds_only_things, op.parameters.values()))
+            op for op in classified.setups if knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
         ]
         fluents = classified.fluents
         self._static = {

@@ -20,6 +20,8 @@ class PlainMission:
     recovery_step: str | None = None
     tries_left: int = 4
     attempts: list[Attempt] = field(default_factory=list)
+    stopped_for: str = ""
+    replanning: dict[str, Any] | None = None
 
 
 @dataclass

@@ -128,6 +128,39 @@ def test_without_a_repaired_plan_there_is_nothing_to_decide(change: Callable[[Pl
         change(mission)
 
 
+def asked_for() -> PlainMission:
+    """A mission whose operator has asked for another plan, which is proposed."""
+    mission = PlainMission()
+    recovery.ask_for_plan(mission, pins=[{"goal": "in(s, b)"}], reason="an operator asks")
+    recovery.begin_attempt(mission, (), at_s=5.0, failure=None, reason="an operator asks")
+    propose(mission)
+    recovery.ask_operator(mission)
+    return mission
+
+
+def test_a_plan_that_was_asked_for_uses_up_no_try() -> None:
+    mission = asked_for()
+    assert (mission.stopped_for, mission.replanning) == ("an operator asks", {"pins": [{"goal": "in(s, b)"}]})
+    recovery.approve(mission, "plan-2")
+    assert (mission.stopped_for, mission.replanning, mission.tries_left) == ("", None, TRIES)
+
+
+def test_once_a_plan_that_was_asked_for_is_rejected_the_mission_goes_back_to_the_one_before() -> None:
+    mission = asked_for()
+    assert not recovery.goes_back(mission)
+    recovery.refuse_plan(mission, "plan-2", "it was rejected")
+    recovery.begin_attempt(mission, (), at_s=6.0, failure=None, reason="it was rejected")
+    assert recovery.goes_back(mission)
+    assert (mission.replanning, mission.tries_left, mission.stopped_for) == (None, TRIES, "it was rejected")
+    assert [one["outcome"] for one in mission.attempts] == [AttemptOutcome.REJECTED, AttemptOutcome.PLANNING]
+
+
+def test_a_repair_after_a_failure_does_not_go_back() -> None:
+    mission = PlainMission()
+    begin(mission)
+    assert not recovery.goes_back(mission)
+
+
 def test_a_mission_that_is_not_stuck_cannot_be_taken_up_again() -> None:
     with pytest.raises(IllegalTransition):
         recovery.try_again(deciding())

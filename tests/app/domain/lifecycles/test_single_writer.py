@@ -9,7 +9,10 @@ import app
 OWNED = {
     "goal": {"state", "reason", "outcome", "mission_id", "waits_for"},
     "plan": {"state", "reason", "comment", "decided_by", "decided_at"},
-    "mission": {"state", "resume_to", "is_overdue", "ended_at_s", "recovery_step", "attempts", "tries_left"},
+    "mission": {
+        *{"state", "resume_to", "is_overdue", "ended_at_s"},
+        *{"recovery_step", "attempts", "tries_left", "stopped_for", "replanning"},
+    },
     "script": {
         *{"delivery", "state", "stopping", "abandoned", "control", "control_number", "question"},
         *{"category", "perceived", "heard_at_s", "doubt"},
