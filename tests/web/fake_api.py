@@ -219,6 +219,16 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
     def replay(mission_id: str) -> Any:
         return service.replay(mission_id)
 
+    @app.post("/v1/missions/{mission_id}:replan", dependencies=v1)
+    def replan(mission_id: str, body: dict[str, Any]) -> Any:
+        if service.refusal:
+            problem = {"title": "Conflict", "status": 409, "detail": service.refusal}
+            return JSONResponse(problem, 409, media_type="application/problem+json")
+        service.asked = body["edits"]
+        service.missions[mission_id] |= {"state": "recovering", "reason": "an operator has asked"}
+        service.publish("mission.recovering", mission_id)
+        return JSONResponse(service.missions[mission_id], 202)
+
     @app.post("/v1/missions/{mission_id}:{verb}", dependencies=v1)
     def steer(mission_id: str, verb: str) -> Any:
         if service.refusal:

@@ -224,6 +224,33 @@ def test_what_samples_go_through_is_chosen_among_the_interchanges(plan: Page, se
     assert service.asked == [{"action": "a1", "via": "interchange_2"}]
 
 
+def test_what_a_mission_has_not_done_is_planned_again_with_a_change_or_without(
+    plan: Page, service: FakeService
+) -> None:
+    service.approve("plan-1")
+    expect(plan.get_by_test_id("plan-state")).to_have_text("approved")
+    plan.get_by_test_id("edit").locator("summary").click()
+    expect(plan.get_by_test_id("edit")).to_contain_text("What is not done yet is planned again")
+    plan.get_by_test_id("edit-action").select_option("a2")
+    plan.get_by_test_id("edit-value").select_option("yard_2")
+    plan.get_by_test_id("edit-plan").click()
+    expect(plan.get_by_test_id("mission-state")).to_have_text("recovering")
+    assert service.asked == [{"action": "a2", "robot": "yard_2"}]
+    plan.get_by_test_id("replan").click()
+    expect(plan.get_by_test_id("replan")).to_be_enabled()
+    assert service.asked == []
+    service.refusal = "mission mission-1 is being planned again already"
+    plan.get_by_test_id("replan").click()
+    expect(plan.get_by_test_id("edit")).to_contain_text("is being planned again already")
+
+
+def test_the_plan_of_a_mission_that_has_ended_is_not_changed(plan: Page, service: FakeService) -> None:
+    service.approve("plan-1")
+    expect(plan.get_by_test_id("edit")).to_be_visible()
+    service.complete("mission-1")
+    expect(plan.get_by_test_id("edit")).to_have_count(0)
+
+
 def test_a_change_without_a_plan_says_why(plan: Page, service: FakeService) -> None:
     plan.get_by_test_id("edit").locator("summary").click()
     plan.get_by_test_id("edit-change").select_option("not_before_s")

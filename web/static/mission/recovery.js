@@ -34,7 +34,7 @@ export function recovery({ recovery: state }) {
 /** @param {RecoveryAttempt} attempt */
 function attemptText({ number, failure, reason, measure, without, outcome, detail }) {
   const excluded = without?.length ? ` without ${without.join(", ")}` : "";
-  return `${number}. ${words(failure)}: ${reason}. ${measure ? `${words(measure)}${excluded}, ` : ""}${words(outcome)}${detail ? ` (${detail})` : ""}`;
+  return `${number}. ${failure ? words(failure) : "on request"}: ${reason}. ${measure ? `${words(measure)}${excluded}, ` : ""}${words(outcome)}${detail ? ` (${detail})` : ""}`;
 }
 
 /** @param {Mission} mission @param {Element} problem @param {() => void} refresh */

@@ -1,4 +1,5 @@
-// A change to a proposed plan: what is to be otherwise about an action; the plan with it is planned beside the old one.
+// A change to a plan: what is to be otherwise about an action. A proposed plan is planned once more beside the old one; of a
+// plan that is carried out, what is left is planned again.
 
 import { get, id, post } from "../page/api.js";
 import { el, show } from "../page/dom.js";
@@ -28,13 +29,19 @@ export async function editForm(plan, state, refresh) {
   const change = el("select", { "aria-label": "Change", "data-testid": "edit-change", onchange: draw }, Object.entries(CHANGES).map(([value, { text }]) => el("option", { value }, text)));
   const value = el("span");
   const box = el("div", { role: "alert" });
+  const mission = plan.state === "approved" ? state.mission : null;
+  const path = mission ? `/v1/missions/${id(mission.id)}:replan` : `/v1/plans/${id(plan.id)}:edit`;
+  const hint = mission
+    ? "What is not done yet is planned again, with the robots of now. The mission's robots stand still meanwhile."
+    : "The plan is made once more with as few changes as pays. It can be approved instead of this one, which stays.";
   const button = el("button", { type: "submit", "data-testid": "edit-plan" }, "Plan with this change");
+  const again = mission && el("button", { type: "button", "data-testid": "replan", onclick: () => ask([]) }, "Plan without a change");
   const form = el(
     "form",
     { class: "edit", onsubmit: send },
-    el("p", { class: "quiet small" }, "The plan is made once more with as few changes as pays. It can be approved instead of this one, which stays."),
+    el("p", { class: "quiet small" }, hint),
     action,
-    el("div", { class: "row" }, el("label", { class: "small" }, "what it is done for "), change, value, button),
+    el("div", { class: "row" }, el("label", { class: "small" }, "what it is done for "), change, value, button, again),
     box,
   );
 
@@ -47,13 +54,18 @@ export async function editForm(plan, state, refresh) {
   }
 
   /** @param {Event} event */
-  async function send(event) {
+  function send(event) {
     event.preventDefault();
     const given = String(new FormData(form).get("value") ?? "");
-    const edit = { action: action.value, [change.value]: CHANGES[change.value].names ? given : Number(given) };
-    await attempt([button], box, async () => {
-      await post(`/v1/plans/${id(plan.id)}:edit`, { edits: [edit] });
-      button.disabled = false;
+    ask([{ action: action.value, [change.value]: CHANGES[change.value].names ? given : Number(given) }]);
+  }
+
+  /** @param {Record<string, string | number>[]} edits */
+  async function ask(edits) {
+    const buttons = again ? [button, again] : [button];
+    await attempt(buttons, box, async () => {
+      await post(path, { edits });
+      for (const one of buttons) one.disabled = false;
     });
     refresh();
   }

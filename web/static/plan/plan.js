@@ -3,7 +3,7 @@
 import { planStart, silences } from "../mission/timing.js";
 import { get, id } from "../page/api.js";
 import { badge, byId, el, replace, show } from "../page/dom.js";
-import { byNumber, gap, instant, seconds, tone, words } from "../page/format.js";
+import { gap, instant, seconds, tone, words } from "../page/format.js";
 import { part, whenOpened } from "../page/part.js";
 import { loadPreference, savePreference } from "../page/preferences.js";
 import { problemBox } from "../page/problem.js";
@@ -14,6 +14,7 @@ import { NO_CHANGES, createPicture } from "./picture.js";
 
 const fetchAction = part(() => import("./action_detail.js"));
 const fetchDetails = part(() => import("./details.js"));
+const fetchTable = part(() => import("./table.js"));
 const fetchEdit = part(() => import("./edit.js"), "edit");
 const fetchExtra = {
   decision: part(() => import("./decision.js")),
@@ -58,6 +59,16 @@ export function mountPlan(store, actions) {
     }
   }
 
+  async function showTable() {
+    try {
+      const { actionTable } = await fetchTable();
+      const { plan } = store.get();
+      replace(views.table, plan && actionTable(plan, changes));
+    } catch (error) {
+      replace(views.table, problemBox(error));
+    }
+  }
+
   /** @param {(keyof Extras)[]} names */
   async function fetchExtras(names) {
     try {
@@ -75,10 +86,9 @@ export function mountPlan(store, actions) {
   /** @param {State} state @param {Plan | null} plan */
   function draw(state, plan) {
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset.keep : undefined;
-    replace(body, plan ? card(plan, state, chance, views, actions, extras) : null);
+    replace(body, plan ? card(plan, state, chance, views, showTable, actions, extras) : null);
     if (!plan) return;
     changes = (plan.repairs && extras.repair?.planChanges(plan, state.previousPlan)) ?? NO_CHANGES;
-    replace(views.table, actionTable(plan, changes));
     picture.show(plan, changes);
     showDetail(plan, null);
     // A comment that is being written keeps the focus and its cursor.
@@ -89,7 +99,7 @@ export function mountPlan(store, actions) {
 
   store.subscribe((state) => {
     const { goal, plan, previousPlan, mission, replaying, worldTimes } = state;
-    const key = JSON.stringify([goal?.state, goal?.alternatives, plan, previousPlan?.id, state.alternatives], steady);
+    const key = JSON.stringify([goal?.state, goal?.alternatives, mission?.plan_id, plan, previousPlan?.id, state.alternatives], steady);
     const wanted = extrasOf(state).filter((name) => !extras[name]);
     if (wanted.length) {
       fetchExtras(wanted);
@@ -115,8 +125,8 @@ function extrasOf({ plan, alternatives }) {
   return /** @type {(keyof Extras)[]} */ (Object.keys(needs)).filter((name) => needs[name]);
 }
 
-/** @param {Plan} plan @param {State} state @param {HTMLElement} chance @param {Record<string, HTMLElement>} views @param {Actions} actions @param {Extras} extras */
-function card(plan, state, chance, views, { viewPlan, refresh }, { decision, comparison, repair, shortfalls }) {
+/** @param {Plan} plan @param {State} state @param {HTMLElement} chance @param {Record<string, HTMLElement>} views @param {() => void} showTable @param {Actions} actions @param {Extras} extras */
+function card(plan, state, chance, views, showTable, { viewPlan, refresh }, { decision, comparison, repair, shortfalls }) {
   return el(
     "article",
     { class: "card", "data-testid": "plan" },
@@ -133,14 +143,19 @@ function card(plan, state, chance, views, { viewPlan, refresh }, { decision, com
     repair?.repairNote(plan, state.previousPlan),
     plan.label ? el("p", { class: "quiet small" }, [plan.label, plan.comparison].filter(Boolean).join(": ")) : null,
     plan.state === "proposed" ? decision?.decision(plan, state, refresh, state.alternatives.length > 1 && comparison?.comparison(plan, state.alternatives, viewPlan)) : decisionTaken(plan),
-    plan.state === "proposed" ? whenOpened(el("details", { "data-testid": "edit" }, el("summary", {}, "Change this plan")), async () => (await fetchEdit()).editForm(plan, state, refresh)) : null,
-    viewChoice(views),
+    isChangeable(plan, state) ? whenOpened(el("details", { "data-testid": "edit" }, el("summary", {}, "Change this plan")), async () => (await fetchEdit()).editForm(plan, state, refresh)) : null,
+    viewChoice(views, showTable),
     legend(plan),
     later("why", "Why this plan", async ({ reasons }) => reasons(await get(`/v1/plans/${id(plan.id)}/explanation`))),
     plan.forecast?.goals.length ? later("forecast", "When goals are likely achieved", ({ likelyTimes }) => likelyTimes(/** @type {PlanForecast} */ (plan.forecast))) : null,
     later("robots", "Why these robots", ({ robots }) => robots(plan)),
     plan.causal_links?.length ? later("causal-links", `Causal links (${plan.causal_links.length})`, ({ links }) => links(plan)) : null,
   );
+}
+
+/** It is proposed, or its mission carries it out. @param {Plan} plan @param {State} state */
+function isChangeable(plan, { goal, mission }) {
+  return plan.state === "proposed" || (goal?.state === "committed" && mission?.plan_id === plan.id);
 }
 
 /** Leaves out of a key what sinks while a plan waits. @param {string} name @param {unknown} value */
@@ -156,8 +171,8 @@ function planSilences(mission, { robots, worldTimes }) {
   return silences(mission, robots, worldTimes[mission.world]).map((one) => ({ ...one, since: one.since - start }));
 }
 
-/** Picture or table, as the operator prefers. @param {Record<string, HTMLElement>} views */
-function viewChoice(views) {
+/** Picture or table, as the operator prefers. @param {Record<string, HTMLElement>} views @param {() => void} showTable */
+function viewChoice(views, showTable) {
   const buttons = Object.keys(views).map((name) => el("button", { "data-testid": `plan-as-${name}`, onclick: () => choose(name) }, name === "picture" ? "Picture" : "Table"));
   /** @param {string} chosen */
   function choose(chosen) {
@@ -166,6 +181,7 @@ function viewChoice(views) {
       view.hidden = name !== chosen;
       buttons[index].setAttribute("aria-pressed", String(name === chosen));
     });
+    if (chosen === "table") showTable();
   }
   choose(loadPreference("plan-view", "picture") === "table" ? "table" : "picture");
   return [el("div", { class: "switch", role: "group", "aria-label": "Show the plan as" }, buttons), Object.values(views)];
@@ -207,24 +223,4 @@ function decisionTaken(plan) {
 /** What is drawn once it is opened. @param {string} name @param {string} title @param {(drawn: typeof import("./details.js")) => Child | Promise<Child>} draw */
 function later(name, title, draw) {
   return whenOpened(el("details", { "data-testid": name }, el("summary", {}, title)), async () => draw(await fetchDetails()));
-}
-
-const COLUMNS = ["id", "robot", "action", "starts", "at latest", "takes", "slack"];
-
-/** @param {Plan} plan @param {PlanChanges} changes */
-function actionTable(plan, changes) {
-  const actions = [...plan.actions].sort((one, other) => one.earliest_start_s - other.earliest_start_s || byNumber(one.id, other.id));
-  return el(
-    "table",
-    { class: "actions", "data-testid": "action-table" },
-    el("thead", {}, el("tr", {}, COLUMNS.map((name) => el("th", { scope: "col" }, name)))),
-    el("tbody", {}, actions.map((action) => el(
-      "tr",
-      { class: action.critical ? "critical" : null, title: action.critical ? "on the critical path: a delay here delays the plan's end" : null },
-      el("td", { class: "quiet" }, action.id),
-      el("td", {}, action.agents.join(", ")),
-      el("td", {}, el("b", {}, action.tag), el("div", { class: "quiet small" }, [action.description, changes.byAction.get(action.id)?.words].filter(Boolean).join(": "))),
-      [action.earliest_start_s, action.latest_start_s, action.duration_s, action.slack_s].map((value) => el("td", { class: "number" }, seconds(value))),
-    ))),
-  );
 }
