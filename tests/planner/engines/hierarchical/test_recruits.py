@@ -5,11 +5,12 @@ from dataclasses import replace
 import pytest
 
 from app.domain.world_model import planning_problem
-from planner import Fact, PlanningProblem, PlanningRequest, PlanningStatus
+from planner import Fact, PlanningProblem, PlanningRequest, PlanningStatus, faults_of
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
-from planner.explanation.legs import legs_in
+from planner.explanation.legs import barred_actions, legs_in
 from planner.repair import NOT_BEGUN, Course, repair
 from tests.app.sample_store import Store
+from tests.planner.store import inside, store_problem
 
 STORE = Store()
 FIRST = STORE.fact("in(sample_1, bay_7)")
@@ -43,6 +44,18 @@ def test_a_goal_that_nobody_recruited_can_reach_has_no_plan(problem: PlanningPro
     limited = replace(problem, goals=(FIRST,), recruits={FIRST: frozenset({"yard_1", "store_1"})})
     result = HierarchicalEngine(STORE.base).plan(limited, PlanningRequest(effort_s=0.0))
     assert result.plan_net is None
+
+
+def test_a_robot_that_is_not_recruited_makes_way_for_the_one_that_is() -> None:
+    """yard_1 stands at the interchange at which yard_2 is to take the sample over."""
+    goal = inside("sample_1", "door_1")
+    stated = store_problem([goal], samples={"sample_1": "bay_5"}, robots_at={"yard_1": "interchange_1"})
+    limited = replace(stated, recruits={goal: frozenset({"store_1", "store_2", "yard_2"})})
+    found = HierarchicalEngine(STORE.base).plan(limited, PlanningRequest(effort_s=0.0)).plan_net
+    assert found is not None
+    assert not faults_of(found, limited.facts, STORE.base)
+    assert [action.tag for action in found.of_robot("yard_1")] == ["NAVIGATE"]
+    assert not barred_actions(found, limited, STORE.base)
 
 
 def test_a_leg_is_what_robots_do_for_a_goal_without_the_way_there(problem: PlanningProblem) -> None:
