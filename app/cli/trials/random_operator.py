@@ -1,4 +1,4 @@
-"""A random operator: submits valid and invalid goals, decides on plans, pauses and cancels."""
+"""A random operator: states valid and invalid goals, decides on plans, has missions paused, planned again and cancelled."""
 
 import random
 import uuid
@@ -31,6 +31,7 @@ ACTS = {
     "decide": 8,
     "pause": 2,
     "resume": 3,
+    "replan": 1,
     "cancel a mission": 1,
     "cancel a goal": 1,
     "submit again": 2,
@@ -93,7 +94,7 @@ class RandomOperator:
                 self._submit_nonsense(api)
             case "decide":
                 self._decide(api)
-            case "pause" | "resume" | "cancel a mission" as order:
+            case "pause" | "resume" | "replan" | "cancel a mission" as order:
                 self._order(api, order.split()[0])
             case "cancel a goal":
                 self._cancel_goal(api)

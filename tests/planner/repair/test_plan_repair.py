@@ -18,6 +18,7 @@ from planner import (
 )
 from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.errors import UnknownAction
+from planner.problem.static_facts import StaticFacts
 from planner.repair import NOT_BEGUN, Course, MissionProgress, Repair, repair
 from tests.planner.repair.carrying import (
     GOALS,
@@ -262,6 +263,24 @@ def test_all_goals_are_not_planned_again_if_the_caller_does_that(
     made = repair(engine, knowledge_base, plan_net, problem(), lost, REQUEST, replans=False)
     assert made.plan_net is None
     assert engine.times == asked - 1
+
+
+def test_a_robot_that_has_come_back_is_recruited_only_if_all_is_tried(
+    engine: Asked, knowledge_base: KnowledgeBase
+) -> None:
+    """One robot of the yard was to bring both samples; what is left of that plan can be carried out as it is."""
+    without = MissionProgress(lost=frozenset({"yard_1"}))
+    alone = problem()
+    able = StaticFacts(knowledge_base, alone).without(without.lost)
+    plan_net = engine.plan(able, REQUEST).plan_net
+    assert plan_net is not None
+    engine.times = 0
+    kept = repair(engine, knowledge_base, plan_net, alone, NOT_BEGUN, REQUEST)
+    assert (kept.course, engine.times) == (Course.KEPT, 0)
+    better = repair(engine, knowledge_base, plan_net, alone, NOT_BEGUN, REQUEST, is_thorough=True)
+    assert better.plan_net is not None
+    assert "yard_1" in better.plan_net.robots
+    assert better.plan_net.makespan_s < 0.8 * plan_net.makespan_s
 
 
 @pytest.mark.parametrize("slot", ["done", "under_way"])
