@@ -1,4 +1,4 @@
-"""A random operator: states valid and invalid goals, decides on plans, has missions paused, planned again and cancelled."""
+"""A random operator: states goals, decides on plans, has missions paused, planned again and cancelled."""
 
 import random
 import uuid
