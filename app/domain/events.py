@@ -273,7 +273,7 @@ class MissionUnknown(MissionPhase, type="mission.unknown"):
 
 
 class MissionRecovering(MissionPhase, type="mission.recovering"):
-    """Something has gone wrong: the mission's robots are stopped and its plan is repaired."""
+    """Something has gone wrong, or an operator asks: the mission's robots are stopped and its plan is made again."""
 
 
 MISSION_PHASES: Mapping[MissionState, type[MissionPhase]] = {

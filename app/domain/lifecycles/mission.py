@@ -28,7 +28,7 @@ class MissionState(StrEnum):
     UNKNOWN = "unknown"
     """A robot has not answered for longer than its radio explains, or reports implausibly."""
     RECOVERING = "recovering"
-    """Something has gone wrong: its robots are made safe and its plan is repaired."""
+    """Something has gone wrong, or an operator asks: its robots are made safe and its plan is made again."""
     COMPLETED = "completed"
     """Over: all its goals are believed true."""
     PARTIALLY_COMPLETED = "partially_completed"
