@@ -24,7 +24,7 @@ from app.domain.plan_edits import Pins, PlanEdit, pins_of, words_of
 from app.domain.recovery_rules import Policy
 from app.missions.mission_speech import conversation_of
 from app.planning.problem_builder import ProblemBuilder
-from app.store import MissionRow, PlanRow, ResultRow, ScriptRow
+from app.store import GoalRow, MissionRow, PlanRow, ResultRow, ScriptRow
 from app.store.records import all_of, lock_goal, page, read_only
 from robots.clock import Clock
 from robots.wire import ControlVerb
@@ -116,23 +116,13 @@ class MissionService:
         :raises Invalid: if an edit cannot be meant of its plan.
         """
         with self._database.write() as session:
-            goal_id = _mission(session, mission_id).goal_id
+            goal_id = session.scalar(select(MissionRow.goal_id).where(MissionRow.id == mission_id))
+            if goal_id is None:
+                raise unrecorded("mission", mission_id)
             goal = lock_goal(session, goal_id)  # lock order: the goal before the mission
             mission = _mission(session, mission_id, to_change=True)
             _refuse_to_replan(mission)
-            pins: Pins = ()
-            if edits:
-                plan = session.get_one(PlanRow, mission.plan_id)
-                built = self._problems.build(session, goal)
-                pinned = PlanBody.model_validate(plan.body).edits
-                pins = pins_of(
-                    edits,
-                    self._plan_nets.of(session, plan.id),
-                    self._problems.pinned(built, pinned).problem,
-                    self._knowledge_base,
-                    world=self._worlds[mission.world],
-                    now_s=self._clocks[mission.world].now_s(),
-                )
+            pins = self._pins(session, goal, mission, edits) if edits else ()
             words = words_of(pins)
             reason = ": ".join(filter(None, ("an operator has asked for another plan", comment or words)))
             ask_for_plan(mission, pins=[pin.model_dump(mode="json") for pin in pins], reason=reason)
@@ -148,6 +138,19 @@ class MissionService:
             )
             self._workflows.wake(session, mission.workflow)
             return _with_scripts(session, mission)
+
+    def _pins(self, session: Session, goal: GoalRow, mission: MissionRow, edits: Sequence[PlanEdit]) -> Pins:
+        """What the edits pin of the mission's plan."""
+        plan = session.get_one(PlanRow, mission.plan_id)
+        built = self._problems.build(session, goal)
+        return pins_of(
+            edits,
+            self._plan_nets.of(session, plan.id),
+            self._problems.pinned(built, PlanBody.model_validate(plan.body).edits).problem,
+            self._knowledge_base,
+            world=self._worlds[mission.world],
+            now_s=self._clocks[mission.world].now_s(),
+        )
 
     def set_recovery(self, mission_id: str, policy: Policy, actor: str) -> Mission:
         """Set the recovery policy for later failures; a repair that waits for a decision still does."""

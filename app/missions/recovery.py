@@ -135,16 +135,18 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         recovery.note_left_out(mission, without.words)
         built = self._problems.build(session, goal).without({*without.robots, *failing})
         plan = session.get_one(PlanRow, mission.plan_id)
+        body = PlanBody.model_validate(plan.body)
         net = self._plan_nets.of(session, plan.id)
         of_plan = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
         scripts = session.scalars(select(ScriptRow).where(*of_plan)).all()
         now_s = self._clocks[mission.world].now_s()
         request = self._limits.request(PlanningWish.from_json(goal.limits))
-        tender = self._awarded_anew(session, mission, troubles)
+        # legs at which robots have failed are awarded to the next best bids
+        tender = body.tender and body.tender.reallocated(partial(has_failed_at, troubles))
         recruits: Mapping[Fact, frozenset[str]] = {}
         if tender is not None and self._tenders is not None:
             recruits = self._tenders.recruits(tender, mission.world, built)
-        edits = together((*PlanBody.model_validate(plan.body).edits, *_newly_pinned(mission)))
+        edits = together((*body.edits, *_newly_pinned(mission)))
         built = self._problems.pinned(
             replace(built, problem=replace(built.problem, recruits=recruits)), edits
         )
@@ -165,17 +167,6 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             left_out=without,
             tender=tender,
         )
-
-    def _awarded_anew(
-        self, session: Session, mission: MissionRow, troubles: Sequence[Trouble]
-    ) -> TenderBody | None:
-        """The plan's tender, with the legs at which robots have failed awarded to the next best bids.
-
-        None if robots have not bid for the goal.
-        """
-        plan = session.get_one(PlanRow, mission.plan_id)
-        tender = PlanBody.model_validate(plan.body).tender
-        return None if tender is None else tender.reallocated(partial(has_failed_at, troubles))
 
     def conclude(
         self, session: Session, subject: MissionRow, task: RepairTask, result: WorkResult[Solutions]
