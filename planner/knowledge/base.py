@@ -10,6 +10,7 @@ from planner.knowledge.action import ActionSpec
 from planner.knowledge.change import OWN_TERMS, WAITING
 from planner.knowledge.comparison import Comparison, Numbers, Term
 from planner.knowledge.expression import Expression, Functions
+from planner.knowledge.literal import Literal
 from planner.knowledge.operator import TEAM_SEPARATOR, GroundAction, Operator, operators_of
 from planner.knowledge.phases import Phase, ground_phases, phases_of, under_way_predicate
 from planner.knowledge.schema import RELATION, TIME, KnowledgeBaseFile, PredicateSpec, QuantitySpec
@@ -132,18 +133,29 @@ class KnowledgeBase:
 
         :param facts: among them the static ones that say whose actions have phases.
         """
-        if action.phase or action.under_way or not self.phases:
+        if action.phase or action.under_way:
+            return (action,)
+        bound = ((op, binding_of(op, action.arguments)) for op in self._phased_by_tag.get(action.tag, ()))
+        if not any(
+            binding is not None and _hold(op.phases_when, binding, facts) for op, binding in bound
+        ):  # most often, and quickly found out
             return (action,)
         found = self.operator_of(action)
         if found is None or found[0].name not in self.phases:
             return (action,)
         op, binding = found
         phases = self.phases[op.name]
-        if any(one.ground(binding) not in facts for one in op.phases_when) or not phases[0].share.fits(
-            action.duration_s
-        ):
+        if not _hold(op.phases_when, binding, facts) or not phases[0].share.fits(action.duration_s):
             return (action,)
         return ground_phases(action, phases, binding)
+
+    @cached_property
+    def _phased_by_tag(self) -> Mapping[str, Sequence[Operator]]:
+        """By plan-net action its operators that have phases."""
+        return {
+            tag: [op for op in operators if op.name in self.phases]
+            for tag, operators in self.operators_by_tag.items()
+        }
 
     def phase_of(self, action: GroundAction, number: int) -> GroundAction | None:
         """One of a whole action's phases, however short the action is now; None if it has none of this number."""
@@ -458,3 +470,7 @@ def _choices(where: str, value: str, kind: str, base: KnowledgeBase, objects: Ma
 @lru_cache(maxsize=8)
 def _received(pickled_file: bytes) -> KnowledgeBase:
     return KnowledgeBase(pickle.loads(pickled_file))
+
+
+def _hold(literals: Iterable[Literal], binding: Mapping[str, str], facts: Container[Fact]) -> bool:
+    return all(one.ground(binding) in facts for one in literals)
