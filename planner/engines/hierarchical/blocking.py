@@ -71,7 +71,7 @@ class BlockingTasks:
             things = [each for each in everything if each != task]
             free, away[task] = self._guessed(task, things)
             if not free:
-                straight = self._find(self._facts, task.goals)
+                straight = self._straight(task, tasks, things)
                 free, away[task] = self._freed(task, straight, things)
             if not free:
                 moved = [self._groups.moved(f.actions, [t for t in tasks if t != task]) for f in straight]
@@ -92,6 +92,23 @@ class BlockingTasks:
             ]
             found[other] = list({tuple(map(str, way.actions)): way for way in ways}.values())
         return found
+
+    def _straight(self, task: Group, tasks: Sequence[Group], things: Sequence[Group]) -> Sequence[Fragment]:
+        """The task's fragments from the initial facts, or from those after agents have brought what they hold to its
+        goals, if only those leave the others' things alone.
+
+        From the facts of a mission under way nobody may have its hands free; to put everything down first is a long
+        search, for what scheduling does better: an agent turns to another task once its own is done.
+        """
+        held = {one: one.goals for one in tasks if one.goals and one != task and self._groups.is_held(one)}
+        if held and not self._groups.is_held(task):
+            near = self._find(self._facts, task.goals, levels=SMALLEST_WORLD_ONLY)
+            if all(self._groups.moved(one.actions, things) for one in near):
+                brought = self._cleared(held, [task, *things])
+                after = () if brought is None else self._find(brought, task.goals)
+                if any(not self._groups.moved(one.actions, things) for one in after):
+                    return after
+        return self._find(self._facts, task.goals)
 
     def _guessed(
         self, task: Group, things: Sequence[Group]
@@ -166,7 +183,8 @@ class BlockingTasks:
         facts = self._facts
         for group, place in asides.items():
             others = [each for each in things if each != group]
-            ways = self._find(facts, place, levels=SMALLEST_WORLD_ONLY)
+            levels = ALL_LEVELS if place == group.goals else SMALLEST_WORLD_ONLY
+            ways = self._find(facts, place, levels=levels)
             way = next((way for way in ways if not self._groups.moved(way.actions, others)), None)
             if way is None:
                 return None

@@ -84,7 +84,13 @@ class Groups:
     def place(self, group: Group) -> Goals:
         """The initial facts about the group's things; () if one of them names an agent."""
         facts = {fact for thing in group.things for fact in self._about.get(thing, ())}
-        return () if any(self._classified.agents_of(fact) for fact in facts) else tuple(sorted(facts))
+        return () if self.is_held(group) else tuple(sorted(facts))
+
+    def is_held(self, group: Group) -> bool:
+        """True if an initial fact about the group's things names an agent, such as the one that carries them."""
+        return any(
+            self._classified.agents_of(fact) for thing in group.things for fact in self._about.get(thing, ())
+        )
 
     def put_aside(self, actions: Sequence[GroundAction], group: Group) -> Goals:
         """Where the actions first release a group's things: facts about these and no agent; () if nowhere."""
