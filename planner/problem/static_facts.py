@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from planner.fact import Fact
-from planner.knowledge import KnowledgeBase
+from planner.knowledge import KnowledgeBase, Operator
 from planner.problem.access import peripherals_of
 from planner.problem.interface import PlanningProblem
 
@@ -15,6 +15,7 @@ class StaticFacts:
 
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self._problem = problem
+        self._base = knowledge_base
         self.facts = frozenset(fact for fact in problem.facts if fact.predicate not in knowledge_base.fluents)
         self.peripherals = peripherals_of(problem, knowledge_base)
         """Agents that others ask for by name, so that nobody can stand in for them."""
@@ -33,6 +34,31 @@ class StaticFacts:
         )
         return frozenset(self._problem.objects.keys() - placed)
 
+    @cached_property
+    def setups(self) -> tuple[Operator, ...]:
+        """The operators by which one agent only brings itself into another configuration, such as to another place."""
+        is_a = self._base.file.is_a
+        kinds = {kind for op in self._base.operators for kind in op.parameters.values()}
+        bound = {
+            kind: {name for name, own in self._problem.objects.items() if is_a(own, kind)} for kind in kinds
+        }
+        of_things = {kind for kind, names in bound.items() if names and names <= self.things}
+        return tuple(
+            op
+            for op in self._base.operators
+            if len(op.agents) == 1
+            and all(op.agents[0] in literal.terms for literal in op.intended_effects)
+            and of_things.isdisjoint(op.parameters.values())
+        )
+
+    def lets_drive(self, fact: Fact) -> bool:
+        """True of a fact that lets an agent come into another configuration by itself."""
+        return any(
+            literal.predicate == fact.predicate and op.extended({}, literal.terms, fact.args) is not None
+            for op in self.setups
+            for literal in op.preconditions
+        )
+
     def obstacle(self, robot: str, facts: Iterable[Fact], instead_of: str) -> Fact | None:
         """The first of the facts that is static and does not hold with `robot` in the other's place."""
         exchanged = (
@@ -42,9 +68,13 @@ class StaticFacts:
         )
         return next((fact for fact in exchanged if fact not in self.facts), None)
 
-    def without(self, robots: Collection[str]) -> PlanningProblem:
-        """The problem with these robots kept from every action: the static facts that name them are withheld."""
-        withheld = {fact for fact in self.facts if not set(robots).isdisjoint(fact.args)}
+    def without(self, robots: Collection[str], *, driving: bool = False) -> PlanningProblem:
+        """The problem with these robots kept from every action: the static facts that name them are withheld.
+
+        :param driving: they may still come to other places by themselves, to make way.
+        """
+        named = (fact for fact in self.facts if not set(robots).isdisjoint(fact.args))
+        withheld = {fact for fact in named if not (driving and self.lets_drive(fact))}
         return replace(self._problem, facts=self._problem.facts - withheld)
 
     def without_bystanders(self, problem: PlanningProblem) -> PlanningProblem:

@@ -107,7 +107,7 @@ class PlanHandles:
         Those are whose part in the goal it could take and, if it works for the goal already, those that could take its
         part.
 
-        :raises CannotPin: naming who can, if this robot cannot.
+        :raises CannotPin: naming who can, if this robot cannot; if one of them has what the goal is about already.
         """
         goal = self.goal_of(action_id)
         action = self._actions[action_id]
@@ -116,7 +116,9 @@ class PlanHandles:
         able = {agent: self._stand_ins(goal, agent) for agent in action.agents}
         for agent, stand_ins in able.items():
             if robot in stand_ins:
-                return (stand_ins | {agent}) - {robot}
+                barred = (stand_ins | {agent}) - {robot}
+                self._refuse_holding(goal, barred)
+                return barred
         who = enumeration(sorted({*action.agents}.union(*able.values())))
         raise CannotPin(
             f"{robot} cannot do what {enumeration(sorted(action.agents))} does for {_in_words(goal, self._base)} "
@@ -126,7 +128,8 @@ class PlanHandles:
     def without(self, action_id: str, robot: str) -> frozenset[str]:
         """The robot that is not to be recruited for the goal of an action.
 
-        :raises CannotPin: if it does nothing for that goal, or nobody could take its part.
+        :raises CannotPin: if it does nothing for that goal, nobody could take its part, or it has what the goal is
+            about already.
         """
         goal = self.goal_of(action_id)
         if not self._part(goal, robot):
@@ -135,7 +138,20 @@ class PlanHandles:
             )
         if not self._stand_ins(goal, robot):
             raise CannotPin(f"nobody can take the part of {robot} in {_in_words(goal, self._base)}")
+        self._refuse_holding(goal, frozenset({robot}))
         return frozenset({robot})
+
+    def _refuse_holding(self, goal: Fact, barred: frozenset[str]) -> None:
+        """
+        :raises CannotPin: if one of these robots carries what the goal is about: no other can go on with it.
+        """
+        things = self._statics.things.intersection(goal.args)
+        for fact in sorted(self._problem.facts):
+            if not barred.isdisjoint(fact.args) and (carried := things.intersection(fact.args)):
+                robot, thing = min(barred.intersection(fact.args)), min(carried)
+                raise CannotPin(
+                    f"{robot} has {thing} already ({_in_words(fact, self._base)}); nobody else can go on with it"
+                )
 
     def after(self, action_id: str, other_id: str) -> Fact:
         """The goal that another action serves, after which the goal of an action is to come true.
@@ -285,7 +301,7 @@ def without_hopeless_pins(problem: PlanningProblem, knowledge_base: KnowledgeBas
 def _without_a_way(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> Mapping[Fact, str]:
     """The goals that what may be used for them does not suffice for, each in words.
 
-    Robots that are not recruited still stand somewhere, but do nothing; what else is at places to avoid is left out.
+    Robots that are not recruited stand somewhere, and only make way; what else is at places to avoid is left out.
     """
     agents = frozenset(knowledge_base.agents_among(problem.objects))
     statics = StaticFacts(knowledge_base, problem)
@@ -295,7 +311,7 @@ def _without_a_way(problem: PlanningProblem, knowledge_base: KnowledgeBase) -> M
         avoided = problem.avoids.get(goal, frozenset())
         if not avoided and allowed >= agents:
             continue
-        able = statics.without(agents - allowed)
+        able = statics.without(agents - allowed, driving=True)
         facts = frozenset(
             fact for fact in able.facts if avoided.isdisjoint(fact.args) or not agents.isdisjoint(fact.args)
         )

@@ -223,15 +223,7 @@ class _Run:
             for fact in facts
             if fact.predicate in self._base.fluents
             or others.isdisjoint(fact.args)
-            or (others_drive and self._lets_drive(fact))
-        )
-
-    def _lets_drive(self, fact: Fact) -> bool:
-        """True of a static fact that lets a robot come to another place, or be otherwise there, by itself."""
-        return any(
-            literal.predicate == fact.predicate and one.extended({}, literal.terms, fact.args) is not None
-            for one in self._classified.setups
-            for literal in one.preconditions
+            or (others_drive and self._classified.static_facts.lets_drive(fact))
         )
 
     def _meant(self, goal: Fact) -> Fact:

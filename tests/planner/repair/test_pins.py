@@ -1,6 +1,7 @@
 """Plans edited by what people pin: who works for a goal, where, from when on, and after which other goals."""
 
 import random
+import re
 from dataclasses import replace
 
 import pytest
@@ -104,6 +105,36 @@ def test_another_robot_can_be_told_to_do_it(plan: PlanNet, problem: PlanningProb
     assert pin.goal == STORED
     assert found.plan_net is not None
     assert hauler(found.plan_net, "sample_1") == other
+
+
+def test_nobody_else_goes_on_with_what_a_robot_carries(plan: PlanNet, problem: PlanningProblem) -> None:
+    robot = hauler(plan, "sample_1")
+    other = {"yard_1": "yard_2", "yard_2": "yard_1"}[robot]
+    (lying,) = [
+        fact for fact in problem.facts if fact.predicate == "object_position" and "sample_1" in fact.args
+    ]
+    carried = replace(problem, facts=problem.facts - {lying} | {inside("sample_1", robot)})
+    handles = PlanHandles(plan, carried, BASE)
+    action = handling(plan, "sample_1")
+    words = f"{robot} has sample_1 already (in(sample_1, {robot})); nobody else can go on with it"
+    with pytest.raises(CannotPin, match=re.escape(words)):
+        handles.barred_for(action, other)
+    with pytest.raises(CannotPin, match=re.escape(words)):
+        handles.without(action, robot)
+    assert robot not in handles.barred_for(action, robot)
+
+
+def test_a_robot_that_is_left_out_makes_way_for_the_one_that_does_it_instead(
+    problem: PlanningProblem,
+) -> None:
+    stored = store_problem([STORED], robots_at={"yard_1": "interchange_2"})
+    plan = engine().plan(stored, REQUEST).plan_net
+    assert plan is not None
+    robot = hauler(plan, "sample_1")
+    pin = Pin(goal=STORED, barred=PlanHandles(plan, stored, BASE).without(handling(plan, "sample_1"), robot))
+    found = edited(plan, stored, pin)
+    assert found.plan_net is not None, found.result.reason
+    assert hauler(found.plan_net, "sample_1") != robot
 
 
 def test_the_robot_that_does_it_can_be_kept(plan: PlanNet, problem: PlanningProblem) -> None:

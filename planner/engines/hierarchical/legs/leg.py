@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from planner.fact import Fact
-from planner.knowledge import GroundAction, KnowledgeBase, Operator
+from planner.knowledge import GroundAction, KnowledgeBase
 from planner.knowledge.operator import TEAM_SEPARATOR
 from planner.problem.interface import PlanningProblem
 from planner.problem.robot_classes import AgentClasses
@@ -51,11 +51,10 @@ class ClassifiedProblem:
         self.classes = AgentClasses(knowledge_base, problem)
         self.agents = frozenset(self.classes.agents)
         self.fluents = knowledge_base.fluents
-        statics = StaticFacts(knowledge_base, problem)
-        self.statics = statics.facts
-        self.things = statics.things
+        self.static_facts = StaticFacts(knowledge_base, problem)
+        self.statics = self.static_facts.facts
+        self.things = self.static_facts.things
         self._is_configuration: dict[Fact, bool] = {}
-        self._binds_only_things: dict[str, bool] = {}
 
     @cached_property
     def detours_pay(self) -> bool:
@@ -78,25 +77,6 @@ class ClassifiedProblem:
             known = self.is_fluent(fact) and len(self.agents_of(fact)) == 1
             known = self._is_configuration[fact] = known and self.things.isdisjoint(fact.args)
         return known
-
-    def binds_only_things(self, kind: str) -> bool:
-        """True if there are objects that fit a parameter of this type, and all of them are things."""
-        if kind not in self._binds_only_things:
-            is_a = self.knowledge_base.file.is_a
-            known = {name for name, own in self.problem.objects.items() if is_a(own, kind)}
-            self._binds_only_things[kind] = bool(known) and known <= self.things
-        return self._binds_only_things[kind]
-
-    @cached_property
-    def setups(self) -> tuple[Operator, ...]:
-        """The operators by which one agent only brings itself into another configuration."""
-        return tuple(
-            op
-            for op in self.knowledge_base.operators
-            if len(op.agents) == 1
-            and all(op.agents[0] in literal.terms for literal in op.intended_effects)
-            and not any(map(self.binds_only_things, op.parameters.values()))
-        )
 
     def is_setup(self, action: GroundAction) -> bool:
         """True if the action only brings its one agent into another configuration."""

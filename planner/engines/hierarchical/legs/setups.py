@@ -104,7 +104,9 @@ class Setups:
         self._base = knowledge_base = classified.knowledge_base
         kind = self._problem.objects[agent]
         self._operators = [
-            op for op in classified.setups if knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
+            op
+            for op in classified.static_facts.setups
+            if knowledge_base.file.is_a(kind, op.parameters[op.agents[0]])
         ]
         fluents = classified.fluents
         self._static = {

@@ -128,16 +128,26 @@ def test_what_cannot_be_planned_again_is_refused_with_the_reason(
     assert "the plan has no action a99" in refused(
         422, "cannot-edit", edits=[{"action": "a99", "robot": yard}]
     )
+    assert f"{yard} has sample_1 already" in refused(
+        422, "cannot-edit", edits=[{"action": dock, "robot": OTHER[yard]}]
+    )
     assert "no interchange" in refused(422, "no-interchange", edits=[{"action": dock, "via": "bay_1"}])
     refused(422, "malformed-request", edits=[{"action": dock}])
     assert api.get(mission).json()["state"] == "running", "what is refused changes nothing"
     assert api.post(f"{mission}:pause").status_code == 202
     assert "resume it" in refused(409, "mission-paused")
     assert api.post(f"{mission}:resume").status_code == 202
+    team.faults.silent |= {
+        "yard_1",
+        "yard_2",
+        "store_1",
+        "store_2",
+    }  # so that it does not end before it is asked again
     assert api.post(f"{mission}:replan").status_code == 202
     assert "already" in refused(409, "being-replanned")
     assert api.post(f"{mission}:cancel").status_code == 202
     refused(409, "being-cancelled")
+    team.faults.silent.clear()
     follow(mission, *ENDED)
     assert "cannot be planned again" in refused(409, "mission-ended")
     assert api.post("/v1/missions/mission-0:replan").status_code == 404

@@ -1,15 +1,17 @@
 """Tasks that stand in each other's way give way: each fragment moves what one task is about."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import pytest
 
 from benchmarks.planner.instances import FAMILIES
-from planner import Fact, PlanningProblem, load_knowledge_base
+from planner import Fact, PlanningProblem, PlanningRequest, faults_of, load_knowledge_base
 from planner.engines.hierarchical.blocking import BlockingTasks
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
 from planner.engines.hierarchical.fragments.fragment import Fragment, Fragments
+from planner.engines.hierarchical.hierarchical_engine import HierarchicalEngine
 from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem, legs_of
 from planner.engines.hierarchical.legs.setups import ReturnHome
@@ -80,6 +82,34 @@ def test_a_robot_is_free_between_putting_aside_and_fetching_again() -> None:
     )
     legs = legs_of(over.actions, over.goals, classified)
     assert [leg.core[-1].tag for leg in legs] == ["RELEASE2", "RELEASE2"]
+
+
+def test_agents_that_hold_something_turn_to_other_goals_once_it_is_brought() -> None:
+    """A mission under way: both robots of the yard carry a sample, and two more are to be fetched."""
+    engine = HierarchicalEngine(BASE)
+    problem, _, _ = current("store", 4, 0)
+    plan = engine.plan(problem, PlanningRequest(effort_s=0.0)).plan_net
+    assert plan is not None
+    facts = problem.facts
+    for action in plan.actions:
+        if "yard" in action.agents[0] and action.tag in ("NAVIGATE", "DOCK", "TRANSPORT"):
+            if action.tag == "NAVIGATE" and holds(facts, action.agents[0]):
+                continue
+            if set(action.preconditions) <= facts:
+                facts = facts - set(action.deletes) | set(action.effects)
+    assert all(holds(facts, robot) for robot in ("yard_1", "yard_2"))
+    under_way = replace(problem, facts=facts)
+    found = engine.plan(under_way, PlanningRequest(effort_s=0.0)).plan_net
+    assert found is not None
+    assert not faults_of(found, facts, BASE)
+    released = [action.arguments["object"] for action in found.actions if action.tag == "RELEASE2"]
+    assert Counter(released) == dict.fromkeys((f"sample_{n}" for n in range(1, 5)), 2), (
+        "something is put down twice"
+    )
+
+
+def holds(facts: frozenset[Fact], robot: str) -> bool:
+    return any(fact.predicate == "object_position" and fact.args[2] == robot for fact in facts)
 
 
 def test_agents_are_back_home_where_later_fragments_begin() -> None:
