@@ -5,29 +5,44 @@ interchange of its aisle is to be used for it, what it is done for is put off by
 another is done for that the plan achieves later. For each kind of edit: how many have a plan, seconds and CPU seconds
 of the planning (median, 95th percentile), share of the old plan's actions kept, and makespan over the old one's; the
 last two also for the same problem planned from scratch with the default effort.
+
+With `--done`, plans of which so much of the time is over, once all that has begun has ended: what is left is planned
+again, as for a mission under way.
 """
 
 import argparse
 import random
 import time
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from statistics import mean, median
 
 from benchmarks.planner.instances import FAMILIES
+from benchmarks.planner.scheduled_progress import as_scheduled
 from planner import (
     GOAL,
     INITIAL,
     KnowledgeBase,
     PlanNet,
+    PlanNetAction,
     PlanningEngine,
     PlanningProblem,
     PlanningRequest,
     load_knowledge_base,
 )
 from planner.engines.registry import portfolio
-from planner.repair import CannotPin, Pin, PlanHandles, compare, edit, pinned
+from planner.repair import (
+    NOT_BEGUN,
+    CannotPin,
+    MissionProgress,
+    Pin,
+    PlanHandles,
+    compare,
+    edit,
+    pinned,
+    repair,
+)
 
 LIMIT_S = 10.0
 LATER_S = 30.0
@@ -89,17 +104,40 @@ def edits_of(
             break
 
 
+def after(plan: PlanNet, problem: PlanningProblem, share: float) -> tuple[PlanningProblem, MissionProgress]:
+    """A plan's problem once so much of its time is over and all that has begun has ended, and how far the plan is."""
+    if not share:
+        return problem, NOT_BEGUN
+    elapsed_s = min(
+        one.earliest_end_s for one in plan.actions if one.earliest_end_s >= share * plan.makespan_s
+    )
+    facts, progress = as_scheduled(plan, problem.facts, elapsed_s)
+    done = progress.done.union(progress.under_way)
+    brought = {fact for name in progress.under_way for fact in plan.action(name).effects}
+    return replace(problem, facts=facts | brought), MissionProgress(done=done, elapsed_s=elapsed_s)
+
+
 def measured(
-    engine: PlanningEngine, base: KnowledgeBase, plan: PlanNet, problem: PlanningProblem, pin: Pin
+    engine: PlanningEngine,
+    base: KnowledgeBase,
+    plan: PlanNet,
+    problem: PlanningProblem,
+    progress: MissionProgress,
+    pin: Pin,
 ) -> Row:
     wanted = pinned(problem, [pin], base)
     request = PlanningRequest(time_limit_s=LIMIT_S)
     began, cpu = time.perf_counter(), time.process_time()
-    found = edit(engine, base, plan, wanted, request).plan_net
+    if progress == NOT_BEGUN:
+        found = edit(engine, base, plan, wanted, request).plan_net
+    else:
+        found = repair(engine, base, plan, wanted, progress, request, is_thorough=True).plan_net
     seconds, cpu_s = time.perf_counter() - began, time.process_time() - cpu
     scratch = engine.plan(wanted, request).plan_net
-    kept, longer = _figures(plan, found)
-    kept_scratch, longer_scratch = _figures(plan, scratch)
+    left = [action for action in plan.actions if action.id not in progress.done]
+    left_s = plan.makespan_s - progress.elapsed_s
+    kept, longer = _figures(left, left_s, found)
+    kept_scratch, longer_scratch = _figures(left, left_s, scratch)
     return Row(
         seconds=seconds,
         cpu_s=cpu_s,
@@ -110,10 +148,13 @@ def measured(
     )
 
 
-def _figures(old: PlanNet, new: PlanNet | None) -> tuple[float | None, float | None]:
+def _figures(
+    left: Sequence[PlanNetAction], left_s: float, new: PlanNet | None
+) -> tuple[float | None, float | None]:
+    """:param left: the old plan's actions that are not done; likewise the seconds."""
     if new is None:
         return None, None
-    return len(compare(old.actions, new).kept) / len(old.actions), new.makespan_s / old.makespan_s
+    return len(compare(left, new).kept) / len(left), new.makespan_s / left_s
 
 
 def table(rows: Mapping[str, list[Row]]) -> Iterator[str]:
@@ -151,6 +192,7 @@ def main() -> None:
     options.add_argument("--goals", type=int, default=8)
     options.add_argument("--seeds", type=int, default=10, help="stores of each family")
     options.add_argument("--edits", type=int, default=3, help="edits of each kind of each plan")
+    options.add_argument("--done", type=float, default=0.0, help="share of each plan's time that is over")
     given = options.parse_args()
     base = load_knowledge_base()
     engine = portfolio(base)
@@ -164,10 +206,11 @@ def main() -> None:
             if plan is None:
                 print(f"{family} {seed}: no plan")
                 continue
+            problem, progress = after(plan, problem, given.done)
             chance = random.Random(seed)
             for _ in range(given.edits):
                 for kind, pin in edits_of(plan, problem, base, chance):
-                    rows[kind].append(measured(engine, base, plan, problem, pin))
+                    rows[kind].append(measured(engine, base, plan, problem, progress, pin))
         print(f"\n{family}, {given.goals} goals, {given.seeds} stores\n")
         print("\n".join(table(rows)), flush=True)
         of_all += [row for those in rows.values() for row in those]
