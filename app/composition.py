@@ -340,11 +340,11 @@ class Service:
             peripherals=lambda world: [one.name for one in self._files[world].peripherals],
             tenders=self.tenders,
         )
-        self.alternatives = Alternatives(core, problems=problems, worlds=self._files, clocks=self.clocks)
+        self.alternatives = Alternatives(core, problems=problems)
         self._alternatives_job = AlternativesJob(
             core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
         )
-        self.missions = MissionService(core, problems=problems, worlds=self._files, clocks=self.clocks)
+        self.missions = MissionService(core, problems=problems)
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
         self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, calls=calls)

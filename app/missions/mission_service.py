@@ -20,15 +20,13 @@ from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
 from app.domain.lifecycles.recovery import RecoveryStep, ask_for_plan, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
 from app.domain.plan_document import PlanBody
-from app.domain.plan_edits import Pins, PlanEdit, pins_of, words_of
+from app.domain.plan_edits import Pins, PlanEdit, words_of
 from app.domain.recovery_rules import Policy
 from app.missions.mission_speech import conversation_of
 from app.planning.problem_builder import ProblemBuilder
 from app.store import GoalRow, MissionRow, PlanRow, ResultRow, ScriptRow
 from app.store.records import all_of, lock_goal, page, read_only
-from robots.clock import Clock
 from robots.wire import ControlVerb
-from robots.world import WorldFile
 
 Mission = tuple[MissionRow, list[ScriptRow]]
 
@@ -36,23 +34,12 @@ Mission = tuple[MissionRow, list[ScriptRow]]
 class MissionService:
     """Reads missions and takes operators' orders on them."""
 
-    def __init__(
-        self,
-        core: Core,
-        *,
-        problems: ProblemBuilder,
-        worlds: Mapping[str, WorldFile],
-        clocks: Mapping[str, Clock],
-    ) -> None:
-        """:param worlds: their newest editions by name; likewise the clocks."""
+    def __init__(self, core: Core, *, problems: ProblemBuilder) -> None:
         self._database = core.database
         self._events = core.events
         self._workflows = core.workflows
         self._plan_nets = core.plan_nets
-        self._knowledge_base = core.knowledge_base
         self._problems = problems
-        self._worlds = worlds
-        self._clocks = clocks
 
     def get(self, mission_id: str) -> Mission:
         with self._database.read() as session:
@@ -143,14 +130,9 @@ class MissionService:
         """What the edits pin of the mission's plan."""
         plan = session.get_one(PlanRow, mission.plan_id)
         built = self._problems.build(session, goal)
-        return pins_of(
-            edits,
-            self._plan_nets.of(session, plan.id),
-            self._problems.pinned(built, PlanBody.model_validate(plan.body).edits).problem,
-            self._knowledge_base,
-            world=self._worlds[mission.world],
-            now_s=self._clocks[mission.world].now_s(),
-        )
+        pinned = self._problems.pinned(built, PlanBody.model_validate(plan.body).edits)
+        net = self._plan_nets.of(session, plan.id)
+        return self._problems.pins(edits, net, pinned.problem, world=mission.world)
 
     def set_recovery(self, mission_id: str, policy: Policy, actor: str) -> Mission:
         """Set the recovery policy for later failures; a repair that waits for a decision still does."""

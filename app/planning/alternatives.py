@@ -1,7 +1,7 @@
 """Alternatives to a goal's proposed plan, and plans that operators edit: a durable workflow makes them, and any of them
 may be approved."""
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from enum import StrEnum
 
@@ -20,7 +20,7 @@ from app.domain.lifecycles import plan as plan_lifecycle
 from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.plan_edits import GoalPin, Pins, PlanEdit, pins_of, together, words_of
+from app.domain.plan_edits import GoalPin, Pins, PlanEdit, together, words_of
 from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker
@@ -34,8 +34,6 @@ from app.store.records import lock_goal
 from app.workflows import FIND_ALTERNATIVES
 from planner import PlanningRequest, PlanningResult, PlanningStatus
 from planner.problem.choices import as_chosen_by, with_goals_of
-from robots.clock import Clock
-from robots.world import WorldFile
 
 EDIT_LIMIT_S = 10.0
 """Longest planning of an edited plan: an operator waits for it."""
@@ -57,19 +55,8 @@ class Search(StrEnum):
 class Alternatives:
     """Starts the search for alternatives to a proposed plan, and reads a goal's plans for comparison."""
 
-    def __init__(
-        self,
-        core: Core,
-        *,
-        problems: ProblemBuilder,
-        worlds: Mapping[str, WorldFile],
-        clocks: Mapping[str, Clock],
-    ) -> None:
-        """:param worlds: their newest editions by name; likewise the clocks."""
+    def __init__(self, core: Core, *, problems: ProblemBuilder) -> None:
         self._problems = problems
-        self._knowledge_base = core.knowledge_base
-        self._worlds = worlds
-        self._clocks = clocks
         self._database = core.database
         self._events = core.events
         self._queues = PlanningQueues(core.workflows)
@@ -127,14 +114,7 @@ class Alternatives:
                     f"the world has changed since {plan.id} was made; approve it to have it repaired, then edit that",
                     code="plan-stale",
                 )
-            pins = pins_of(
-                edits,
-                current.plan_net,
-                current.problem,
-                self._knowledge_base,
-                world=self._worlds[plan.world],
-                now_s=self._clocks[plan.world].now_s(),
-            )
+            pins = self._problems.pins(edits, current.plan_net, current.problem, world=plan.world)
             pins = together((*PlanBody.model_validate(plan.body).edits, *pins))
             goal.alternatives = {
                 "state": Search.SEEKING.value,

@@ -25,7 +25,7 @@ from app.domain.goal_language.terms import GoalTerms
 from app.domain.goal_language.words import joined
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_document import PlanBody
-from app.domain.plan_edits import Pins, applied
+from app.domain.plan_edits import Pins, PlanEdit, applied, pins_of
 from app.domain.world_model import (
     Facts,
     Reservation,
@@ -277,6 +277,23 @@ class ProblemBuilder:
             is_current=is_current,
             world_version=built.world_version,
             roles=built.roles if is_current else {},
+        )
+
+    def pins(
+        self, edits: Sequence[PlanEdit], plan_net: PlanNet, problem: PlanningProblem, *, world: str
+    ) -> Pins:
+        """What operators' edits of a plan pin, now.
+
+        :param problem: the one that the plan-net solves, with what is pinned already.
+        :raises Invalid: if an edit cannot be meant of this plan.
+        """
+        return pins_of(
+            edits,
+            plan_net,
+            problem,
+            self._knowledge_base,
+            world=self._worlds[world],
+            now_s=self._clocks[world].now_s(),
         )
 
     def pinned(self, built: GoalProblem, edits: Pins) -> GoalProblem:

@@ -219,22 +219,14 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
     def replay(mission_id: str) -> Any:
         return service.replay(mission_id)
 
-    @app.post("/v1/missions/{mission_id}:replan", dependencies=v1)
-    def replan(mission_id: str, body: dict[str, Any]) -> Any:
-        if service.refusal:
-            problem = {"title": "Conflict", "status": 409, "detail": service.refusal}
-            return JSONResponse(problem, 409, media_type="application/problem+json")
-        service.asked = body["edits"]
-        service.missions[mission_id] |= {"state": "recovering", "reason": "an operator has asked"}
-        service.publish("mission.recovering", mission_id)
-        return JSONResponse(service.missions[mission_id], 202)
-
     @app.post("/v1/missions/{mission_id}:{verb}", dependencies=v1)
-    def steer(mission_id: str, verb: str) -> Any:
+    def steer(mission_id: str, verb: str, body: Annotated[dict[str, Any] | None, Body()] = None) -> Any:
         if service.refusal:
             problem = {"title": "Conflict", "status": 409, "detail": service.refusal}
             return JSONResponse(problem, 409, media_type="application/problem+json")
-        states = {"pause": "paused", "resume": "running", "cancel": "cancelled"}
+        if verb == "replan":
+            service.asked = (body or {})["edits"]
+        states = {"pause": "paused", "resume": "running", "cancel": "cancelled", "replan": "recovering"}
         service.missions[mission_id]["state"] = states[verb]
         service.publish(f"mission.{states[verb]}", mission_id)
         return JSONResponse(service.missions[mission_id], 202)

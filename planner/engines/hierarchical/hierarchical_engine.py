@@ -1,7 +1,7 @@
 """The hierarchical engine behind the `PlanningEngine` seam (MACTA §6 asks for one; §4: planning and scheduling
 intertwined)."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache, cached_property, partial
@@ -52,7 +52,6 @@ from planner.problem.interface import (
     Progress,
 )
 from planner.problem.solving import ROUNDING_S
-from planner.problem.static_facts import StaticFacts
 from planner.problem.timer import Timer
 from planner.problem.zones import holders
 from planner.relaxation import closed_zones, unreachable_goals, without_ways_into
@@ -145,10 +144,6 @@ class _Run:
     def _classified(self) -> ClassifiedProblem:
         return ClassifiedProblem(self._base, self._problem)
 
-    @cached_property
-    def _peripherals(self) -> Collection[str]:
-        return StaticFacts(self._base, self._problem).peripherals
-
     def outcome(self) -> Outcome:
         problem = self._problem
         if contradicting_goals(self._base, problem):
@@ -217,7 +212,7 @@ class _Run:
         if not all(goal in problem.recruits for goal in meant):
             return facts
         allowed = frozenset[str]().union(*(problem.recruits[goal] for goal in meant))
-        others = self._classified.agents - allowed - frozenset(self._peripherals)
+        others = self._classified.agents - allowed - self._classified.static_facts.peripherals
         return frozenset(
             fact
             for fact in facts
@@ -245,7 +240,7 @@ class _Run:
 
     def finished(self, sequence: Sequence[GroundAction]) -> Outcome:
         problem = self._problem
-        plan_net = complete_plan_net(sequence, problem, self._base, StaticFacts(self._base, problem))
+        plan_net = complete_plan_net(sequence, problem, self._base, self._classified.static_facts)
         if isinstance(plan_net, str):
             return PlanningStatus.NOT_FOUND, None, plan_net
         confirm(plan_net, problem, self._base)

@@ -148,7 +148,7 @@ class MissionServices:
             peripherals=lambda world: (),
             **planning,
         )
-        self.missions = MissionService(self.core, problems=planning["problems"], worlds=files, clocks=clocks)
+        self.missions = MissionService(self.core, problems=planning["problems"])
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
         )

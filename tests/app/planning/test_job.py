@@ -315,9 +315,7 @@ def searched(
 ) -> tuple[str, Alternatives]:
     """A planned goal whose alternatives are searched for."""
     goal = planned(record, worker, planning)
-    alternatives = Alternatives(
-        record.core, problems=record.problems, worlds={WORLD: STORE.world}, clocks=record.clocks
-    )
+    alternatives = Alternatives(record.core, problems=record.problems)
     alternatives.search(goal.id, 4, actor="me")
     return goal.id, alternatives
 

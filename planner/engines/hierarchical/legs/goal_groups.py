@@ -83,8 +83,9 @@ class Groups:
 
     def place(self, group: Group) -> Goals:
         """The initial facts about the group's things; () if one of them names an agent."""
-        facts = {fact for thing in group.things for fact in self._about.get(thing, ())}
-        return () if self.is_held(group) else tuple(sorted(facts))
+        if self.is_held(group):
+            return ()
+        return tuple(sorted({fact for thing in group.things for fact in self._about.get(thing, ())}))
 
     def is_held(self, group: Group) -> bool:
         """True if an initial fact about the group's things names an agent, such as the one that carries them."""
