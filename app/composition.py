@@ -338,13 +338,14 @@ class Service:
             approval=self.plans,
             out_of_service=self.out_of_service,
             peripherals=lambda world: [one.name for one in self._files[world].peripherals],
+            waiting=self._waiting_goals,
             tenders=self.tenders,
         )
         self.alternatives = Alternatives(core, problems=problems)
         self._alternatives_job = AlternativesJob(
             core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
         )
-        self.missions = MissionService(core, problems=problems)
+        self.missions = MissionService(core, problems=problems, waiting=self._waiting_goals)
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
         self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, calls=calls)

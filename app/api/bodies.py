@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import from_json, to_json
 
 from app.agents.running_world import WorldState
-from app.api.parameters import Name
+from app.api.parameters import Id, Name
 from app.domain.goal_language.conflict_set import ConstraintConflict
 from app.domain.goal_language.constraints import UNCONSTRAINED, Constraints
 from app.domain.goal_language.kept_facts import HoldFact
@@ -174,12 +174,23 @@ class EditPlan(Request):
     )
 
 
+MAX_JOINED_GOALS = 16
+"""The most goals that are taken along at once when a mission is planned again."""
+
+
 class Replan(Decision):
     edits: list[PlanEdit] = Field(
         default=[],
         max_length=MAX_EDITS,
         description="of actions of the mission's plan; what they pin counts for its later plans, too",
         examples=[[{"action": "a4", "robot": "yard_2"}]],
+    )
+    goals: list[Id] = Field(
+        default=[],
+        max_length=MAX_JOINED_GOALS,
+        description="that wait, and are to be carried out by the mission, too; without a plan for all of them it is "
+        "planned without them",
+        examples=[[]],
     )
 
 
@@ -231,7 +242,8 @@ class GoalBody(BaseModel):
     )
     joint_goal: str | None = Field(
         default=None,
-        description="the goal that the service has stated to carry it out together with others that waited",
+        description="the goal whose mission carries it out, too, or is to: one that the service has stated for several "
+        "that waited, or that of a mission that was planned again with it",
     )
     plan_id: str | None
     mission_id: str | None

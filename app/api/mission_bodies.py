@@ -132,6 +132,7 @@ class AttemptBody(BaseModel):
     measure: Measure | None = Field(
         description="retry: the rest of the same plan; repair: another plan; replan: one without some robots"
     )
+    goals: list[str] = Field(default=[], description="those that waited and that it is to be for, too")
     without: list[str] = Field(description="robots, and packets of robots, excluded from planning")
     plan_id: str | None
     outcome: str = Field(
@@ -241,6 +242,9 @@ class MissionBody(BaseModel):
     enquire_at_s: float | None
     ended_at_s: float | None
     created_at: str
+    joined_goals: list[str] = Field(
+        default=[], description="goals that waited and that it carries out beside its own, or has"
+    )
     contradictions: list[ContradictionBody] = Field(
         default=[],
         description="in what its robots have reported, on all its plans; it does not complete with them",

@@ -91,11 +91,11 @@ def missions_router(missions: MissionService) -> APIRouter:
 
     @router.post("/missions/{mission_id}:replan", status_code=202, responses=declared(409))
     def replan_mission(mission_id: Id, body: Replan | None = None) -> MissionBody:
-        """Have what is not done yet planned again with the robots, places and facts of now, and with something pinned.
-        The mission's robots stop for it. The new plan is approved like a repair, by the mission's recovery policy; if
-        it is rejected the mission goes on with the rest of its present plan."""
+        """Have what is not done yet planned again with the robots, places and facts of now, with something pinned, or
+        with goals that wait. The mission's robots stop for it. The new plan is approved like a repair, by the mission's
+        recovery policy; if it is rejected the mission goes on with the rest of its present plan."""
         body = body or Replan()
-        return MissionBody.of(*missions.replan(mission_id, body.edits, ACTOR, body.comment))
+        return MissionBody.of(*missions.replan(mission_id, body.edits, ACTOR, body.comment, goals=body.goals))
 
     order("cancel", missions.cancel)
     order("pause", missions.pause)

@@ -315,6 +315,7 @@ class MissionReplanRequested(MissionEvent, type="mission.replan_requested"):
     actor: str
     comment: str
     pinned: str
+    goals: tuple[str, ...]
 
 
 class MissionRecoverySet(MissionEvent, type="mission.recovery_set"):

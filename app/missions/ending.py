@@ -20,7 +20,6 @@ from app.domain.lifecycles.script import withdraw
 from app.domain.world_model.vocabulary import symbolic
 from app.missions.mission_progress import done
 from app.planning.goal_planning import finish_with_others
-from app.planning.joint_goals import STATED_BY
 from app.planning.proposals import close_plans
 from app.store import GoalRow, MissionRow, ScriptRow
 from app.store.event_log import EventLog
@@ -79,17 +78,13 @@ def finish_parts(session: Session, core: Core, mission: MissionRow, scripts: Seq
     :param mission: locked.
     :param scripts: of its current plan.
     """
-    joint = session.get_one(GoalRow, mission.goal_id)
-    if joint.created_by != STATED_BY:
+    if not mission.joined_goals:
         return
     achieved = _achieved(session, core, mission, scripts)
     if not achieved:
         return
-    parts = select(GoalRow).where(
-        GoalRow.world == mission.world,
-        GoalRow.state == GoalState.WAITING,
-        GoalRow.joint_goal == joint.id,
-    )
+    joint = session.get_one(GoalRow, mission.goal_id)
+    parts = select(GoalRow).where(GoalRow.id.in_(mission.joined_goals), GoalRow.state == GoalState.WAITING)
     # NOTE: other transactions lock goals before missions. A goal that one of them holds is finished at the next review.
     for goal in session.scalars(parts.order_by(GoalRow.id).with_for_update(skip_locked=True)):
         if achieved.issuperset(map(SymbolicFact.model_validate, goal.goal)):

@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from app.core import Core
-from app.domain.errors import Conflict, NotFound, unrecorded
+from app.domain.errors import Conflict, Invalid, NotFound, unrecorded
 from app.domain.events import (
     MissionCancelRequested,
     MissionPaused,
@@ -15,7 +15,10 @@ from app.domain.events import (
     MissionReplanRequested,
     MissionResumed,
 )
+from app.domain.goal_language.terms import GoalTerms
+from app.domain.lifecycles import goal as goal_lifecycle
 from app.domain.lifecycles import mission as mission_lifecycle
+from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import MissionState, has_ended, is_paused
 from app.domain.lifecycles.recovery import RecoveryStep, ask_for_plan, try_again
 from app.domain.lifecycles.script import can_be_ordered, order
@@ -24,8 +27,9 @@ from app.domain.plan_edits import Pins, PlanEdit, words_of
 from app.domain.recovery_rules import Policy
 from app.missions.mission_speech import conversation_of
 from app.planning.problem_builder import ProblemBuilder
+from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, MissionRow, PlanRow, ResultRow, ScriptRow
-from app.store.records import all_of, lock_goal, page, read_only
+from app.store.records import all_of, joint_goal_of, lock_goals, page, read_only
 from robots.wire import ControlVerb
 
 Mission = tuple[MissionRow, list[ScriptRow]]
@@ -34,12 +38,13 @@ Mission = tuple[MissionRow, list[ScriptRow]]
 class MissionService:
     """Reads missions and takes operators' orders on them."""
 
-    def __init__(self, core: Core, *, problems: ProblemBuilder) -> None:
+    def __init__(self, core: Core, *, problems: ProblemBuilder, waiting: WaitingGoals) -> None:
         self._database = core.database
         self._events = core.events
         self._workflows = core.workflows
         self._plan_nets = core.plan_nets
         self._problems = problems
+        self._waiting = waiting
 
     def get(self, mission_id: str) -> Mission:
         with self._database.read() as session:
@@ -95,24 +100,47 @@ class MissionService:
             self._workflows.wake(session, mission.workflow)
             return _with_scripts(session, mission)
 
-    def replan(self, mission_id: str, edits: Sequence[PlanEdit], actor: str, comment: str) -> Mission:
+    def replan(
+        self,
+        mission_id: str,
+        edits: Sequence[PlanEdit],
+        actor: str,
+        comment: str,
+        *,
+        goals: Sequence[str] = (),
+    ) -> Mission:
         """Have what the mission's robots have not done planned again, with something pinned. They stop meanwhile.
 
+        :param goals: that wait, by id; the mission is to carry them out, too.
         :raises Conflict: if the mission has ended, is being cancelled or recovered, is paused, or is planned again
-            already.
-        :raises Invalid: if an edit cannot be meant of its plan.
+            already; if one of the goals does not wait, or cannot be true together with the mission's goal.
+        :raises Invalid: if an edit cannot be meant of its plan, or a goal is not one that it can carry out, too.
+        :raises NotFound: if the mission or a goal is not recorded.
         """
         with self._database.write() as session:
             goal_id = session.scalar(select(MissionRow.goal_id).where(MissionRow.id == mission_id))
             if goal_id is None:
                 raise unrecorded("mission", mission_id)
-            goal = lock_goal(session, goal_id)  # lock order: the goal before the mission
+            locked = lock_goals(session, (goal_id, *goals))  # lock order: the goals before the mission
             mission = _mission(session, mission_id, to_change=True)
             _refuse_to_replan(mission)
+            goal = locked[goal_id]
+            others = [_to_join(session, locked, one, goal) for one in dict.fromkeys(goals)]
             pins = self._pins(session, goal, mission, edits) if edits else ()
             words = words_of(pins)
             reason = ": ".join(filter(None, ("an operator has asked for another plan", comment or words)))
-            ask_for_plan(mission, pins=[pin.model_dump(mode="json") for pin in pins], reason=reason)
+            ask_for_plan(
+                mission,
+                pins=[pin.model_dump(mode="json") for pin in pins],
+                goals=[one.id for one in others],
+                reason=reason,
+            )
+            if others and (refusal := self._problems.build(session, goal).refusal):
+                raise Conflict(
+                    f"mission {mission.id} cannot carry them out, too: {refusal}", code="cannot-join"
+                )
+            for one in others:
+                self._waiting.join(session, one, mission)
             self._events.append(
                 session,
                 MissionReplanRequested(
@@ -120,6 +148,7 @@ class MissionService:
                     actor=actor,
                     comment=comment,
                     pinned=words,
+                    goals=tuple(one.id for one in others),
                     state=MissionState(mission.state),
                 ),
             )
@@ -223,6 +252,38 @@ def _refuse_to_replan(mission: MissionRow) -> None:
         )
     if mission.state == MissionState.RECOVERING:
         raise Conflict(f"mission {mission.id} is being recovered: {mission.reason}", code="being-recovered")
+
+
+def _to_join(session: Session, locked: Mapping[str, GoalRow], goal_id: str, own: GoalRow) -> GoalRow:
+    """A goal that waits and that the mission for the goal `own` can carry out, too."""
+    goal = locked.get(goal_id)
+    if goal is None:
+        raise unrecorded("goal", goal_id)
+    joint = joint_goal_of(session, goal)
+    if joint is not None and joint.state in goal_lifecycle.OPEN:
+        raise Conflict(
+            f"goal {goal.id} is carried out by mission {joint.mission_id} together with others",
+            code="goal-committed",
+        )
+    if goal.state != GoalState.WAITING:
+        raise Conflict(
+            f"goal {goal.id} is {goal.state}; only goals that wait can join", code="goal-not-waiting"
+        )
+    if goal.world != own.world:
+        raise Invalid(f"goal {goal.id} is of world {goal.world}, not of {own.world}", code="other-world")
+    terms = GoalTerms.from_json(goal.terms)
+    if terms.constraints or terms.holds or terms.not_before_at_s or goal.deadline_at_s is not None:
+        raise Invalid(
+            f"goal {goal.id} has constraints, holds or times of its own; it is planned by itself",
+            code="cannot-join",
+        )
+    constraints = GoalTerms.from_json(own.terms).constraints
+    if constraints.stages or constraints.worth:
+        raise Invalid(
+            f"goal {own.id} of the mission has an order or optional parts; no other goal can join it",
+            code="cannot-join",
+        )
+    return goal
 
 
 def _scripts(session: Session, mission_id: str) -> Sequence[ScriptRow]:

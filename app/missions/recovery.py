@@ -12,6 +12,7 @@ from app.domain.blockers import Blockers
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.events import MissionRepairProposed, MissionStuck
 from app.domain.lifecycles import recovery
+from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import MissionState, has_ended
 from app.domain.lifecycles.recovery import RecoveryStep, goes_back, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
@@ -40,9 +41,10 @@ from app.planning.problem_builder import ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders
+from app.planning.waiting_goals import WaitingGoals
 from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
 from app.store.event_log import EventLog
-from app.store.records import lock_mission
+from app.store.records import lock_goals, lock_mission
 from planner import Fact
 from robots.clock import Clock
 
@@ -96,6 +98,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         approval: PlanApproval,
         out_of_service: OutOfService,
         peripherals: Callable[[str], Collection[str]],
+        waiting: WaitingGoals,
         tenders: Tenders | None = None,
         clock: WallClock = SYSTEM_CLOCK,
     ) -> None:
@@ -112,12 +115,17 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         self._approval = approval
         self._out_of_service = out_of_service
         self._peripherals = peripherals
+        self._waiting = waiting
         self._tenders = tenders
 
     def load(self, session: Session, subject_id: str, *, lock: bool) -> MissionRow:
-        if lock:
-            return lock_mission(session, subject_id)
-        return session.get_one(MissionRow, subject_id)
+        mission = session.get_one(MissionRow, subject_id)
+        if not lock:
+            return mission
+        others = (*recovery.goals_beside(mission), *recovery.goals_left_out(mission))
+        if others:  # lock order: the goals before the mission
+            lock_goals(session, (mission.goal_id, *others))
+        return lock_mission(session, subject_id)
 
     def attempt_key(self, subject: MissionRow) -> Hashable:
         return len(subject.attempts) if _is_wanted(subject) else None
@@ -126,6 +134,7 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         mission = subject
         if not _is_wanted(mission):
             return None
+        self._part_with(session, mission)
         goal = session.get_one(GoalRow, mission.goal_id)
         goal.stop_requested = False  # the request was for an earlier planning attempt
         troubles = troubles_of(mission)
@@ -173,14 +182,30 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
     ) -> None:
         if result.answer is not None:
             self._propose(session, subject, task, result.answer[0])
+        elif recovery.asked_goals(subject):
+            self._leave_goals_out(session, subject, result.waits_for.reason if result.waits_for else result.why)
         elif result.waits_for:
             self._wait(session, subject, result.waits_for)
         else:
             self._requests.end_without_plan(session, subject, _failure_reason(result.why, task))
 
     def give_up(self, session: Session, subject: MissionRow, reason: str) -> None:
-        if _is_wanted(subject):
+        if _is_wanted(subject) and recovery.asked_goals(subject):
+            self._leave_goals_out(session, subject, reason)
+        elif _is_wanted(subject):
             self._requests.end_without_plan(session, subject, reason)
+
+    def _leave_goals_out(self, session: Session, mission: MissionRow, why: str) -> None:
+        """Have the mission planned without the goals that it was to carry out, too: there is no plan with them."""
+        reason = f"there is no plan with {', '.join(recovery.asked_goals(mission))}: {why}"
+        recovery.leave_goals_out(mission, reason)
+        self._requests.recover(session, mission, (), failure=None, reason=reason)
+
+    def _part_with(self, session: Session, mission: MissionRow) -> None:
+        """Have the goals planned by themselves that plans were asked for in vain."""
+        for goal in session.scalars(select(GoalRow).where(GoalRow.id.in_(recovery.goals_left_out(mission)))):
+            if goal.joint_goal == mission.goal_id and goal.state == GoalState.WAITING:
+                self._waiting.part(session, goal, mission)
 
     def _propose(self, session: Session, mission: MissionRow, task: RepairTask, solution: Solution) -> None:
         """Propose the repaired plan; approve it at once if the recovery policy allows."""

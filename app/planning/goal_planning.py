@@ -36,7 +36,7 @@ from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders, tender_of
-from app.planning.waiting_goals import WaitingGoals, have_wait
+from app.planning.waiting_goals import STATED_BY, WaitingGoals, have_wait
 from app.store import GoalRow, MissionRow, PlanRow
 from app.store.event_log import EventLog
 from app.store.records import joint_goal_of
@@ -122,9 +122,13 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         joint = joint_goal_of(session, goal)
         if joint is None or joint.state in goal_lifecycle.OPEN:
             return joint is not None
+        mission = None if joint.mission_id is None else session.get(MissionRow, joint.mission_id)
+        if mission is None or goal.id not in mission.joined_goals:
+            goal.joint_goal = None  # it ended before it was planned for this goal, too
+            return False
         if joint.outcome == MissionState.COMPLETED:
             finish_with_others(session, self._events, goal, joint)
-        elif joint.outcome == MissionState.CANCELLED:
+        elif joint.outcome == MissionState.CANCELLED and joint.created_by == STATED_BY:
             reason = f"{joint.id}, which carried it out together with others, was cancelled"
             goal_lifecycle.withdraw(goal, outcome=joint.outcome, reason=reason)
             self._events.append(session, GoalWithdrawn(subject=goal.id, reason=reason))

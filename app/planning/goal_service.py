@@ -51,6 +51,7 @@ from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.proposals import close_plans
 from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders
+from app.planning.waiting_goals import STATED_BY
 from app.store import GoalRow, MissionRow
 from app.store.records import joint_goal_of, lock_goal, page, refuse_removed
 from app.store.roles import with_roles_in_force
@@ -503,8 +504,9 @@ class GoalService:
 def _refuse_begun(goal: GoalRow, joint: GoalRow | None) -> None:
     """:param joint: the goal that carries it out together with others."""
     if joint is not None and joint.state in goal_lifecycle.OPEN:
+        then = "which ends all" if joint.created_by == STATED_BY else "then the goal"
         raise Conflict(
-            f"goal {goal.id} is carried out together with others; cancel mission {joint.mission_id}, which ends all",
+            f"goal {goal.id} is carried out together with others; cancel mission {joint.mission_id}, {then}",
             code="goal-committed",
         )
     if goal.state == GoalState.COMMITTED:

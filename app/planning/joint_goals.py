@@ -32,15 +32,13 @@ from app.planning.pool.waiting_line import Job, is_large
 from app.planning.pool.work import WorkResult
 from app.planning.problem_builder import GoalProblem, ProblemBuilder
 from app.planning.proposals import Proposals
-from app.planning.waiting_goals import BY_URGENCY, IS_DUE, have_wait
-from app.store import GoalRow
+from app.planning.waiting_goals import BY_URGENCY, IS_DUE, STATED_BY, have_wait
+from app.store import GoalRow, MissionRow
 from app.store.roles import with_roles_in_force
 from planner import Fact
 from robots.wire import SymbolicFact
 from robots.world import WorldFile
 
-STATED_BY = "waiting_goals"
-"""Who submits the goals of this module."""
 CANDIDATES = 16
 """The most goals that are looked at together."""
 _DUE = select(GoalRow).where(*IS_DUE).order_by(*BY_URGENCY).limit(CANDIDATES)
@@ -196,8 +194,10 @@ class JointGoals:
             goal.joint_goal = joint.id
             have_wait(session, self._events, goal, blockers)
         session.flush()
-        if self._approval.approve_or_expire(session, plan, joint, actor=AUTOMATIC, comment="") is None:
+        mission = self._approval.approve_or_expire(session, plan, joint, actor=AUTOMATIC, comment="")
+        if mission is None:
             raise _OutOfDate
+        session.get_one(MissionRow, mission).joined_goals = [goal.id for goal in goals]
 
 
 def _is_plain(goal: GoalRow) -> bool:

@@ -16,6 +16,7 @@ from app.domain.goal_language.check import blocking, check_request
 from app.domain.goal_language.conflict_set import ConstraintConflict
 from app.domain.goal_language.constraints import (
     NOTHING_WITHHELD,
+    UNCONSTRAINED,
     AppliedConstraints,
     Constraints,
     withheld_by,
@@ -24,6 +25,7 @@ from app.domain.goal_language.issues import conflict_in
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.goal_language.words import joined
 from app.domain.lifecycles.plan import PlanState
+from app.domain.lifecycles.recovery import goals_beside
 from app.domain.plan_document import PlanBody
 from app.domain.plan_edits import Pins, PlanEdit, applied, pins_of
 from app.domain.world_model import (
@@ -73,6 +75,7 @@ class GoalProblem:
     :param constraints: on its plans, with what holds keep.
     :param releases: the world's count of releases when the problem was built.
     :param roles: what robots can but are not recruited for by their roles, with why not, in words.
+    :param joined: those of its goals that the goal's mission carries out, or is to carry out, for other goals.
     :param built_at_s: when, by the world's clock; deadlines count from then.
     """
 
@@ -85,6 +88,7 @@ class GoalProblem:
     constraints: AppliedConstraints = NOTHING_WITHHELD
     conflict: ConstraintConflict | None = None
     roles: Mapping[Fact, str] = field(default_factory=dict)
+    joined: Collection[Fact] = ()
     built_at_s: float = 0.0
 
     def without(self, robots: Collection[str]) -> "GoalProblem":
@@ -147,6 +151,8 @@ class ProblemBuilder:
     ) -> GoalProblem:
         """The goal's current problem; its plan may use what the goal's own mission has reserved.
 
+        It is for the goals, too, that this mission carries out beside its own, or is asked to.
+
         :param constraints: in place of the goal's.
         :raises Conflict: if its world does not run.
         """
@@ -172,8 +178,8 @@ class ProblemBuilder:
             constraints = GoalTerms.from_json(goal.terms).constraints
         numbers = self._numbers.for_planner(session, goal.world)
         played = with_roles_in_force(session, world)
-        facts_of_goal = [SymbolicFact.model_validate(fact) for fact in goal.goal]
-        stated, constraints = constraints.of_goals(facts_of_goal, played)
+        own, constraints = constraints.of_goals(_facts_of(goal), played)
+        stated = (*own, *(fact for fact in _facts_beside(session, goal, played) if fact not in own))
         unachieved = constraints.without_achieved(stated, played)
         applied = unachieved.in_world(played, numbers)
         required = {str(hold): hold.required_of(stated, played) for hold in holds}
@@ -187,17 +193,14 @@ class ProblemBuilder:
         is_known = all(name in objects for fact in wanted for name in fact.args)
         goals = tuple(planner_fact(fact, self._knowledge_base, objects) for fact in wanted if is_known)
         facts = self._facts.counting_for(session, goal.world, goals, since_s=_begun_s(session, goal))
+        joined_facts = goals[len(own) :]
         stages = constraints.stages_of(goals) if is_known else {}
         values = constraints.values_of(goals) if is_known else {}
         if values and goal.mission_id is not None:  # what its plan has left out is not taken up again
             goals = self._planned_goals(session, goal, goals)
             values = {}
         facts |= self._knowledge_base.compared(numbers)
-        unavailable = {
-            **self._resting(numbers),
-            **self._unavailable(goal.world),
-            **withdrawn_robot_reasons(session, goal.world),
-        }
+        unavailable = self._unavailable_robots(session, goal.world, numbers)
         limited = withheld_tags(session, world)
         roles = {
             Fact(CAN, (robot, tag)): f"{robot} plays {role.name}, which is not recruited for {tag}"
@@ -206,8 +209,6 @@ class ProblemBuilder:
         }
         learned = learned_durations(session, goal.world)
         factors = factors_of(learned)
-        reported = {spot_of(robot): point for robot, point in self._points(goal.world).items()}
-        spots = {**initial_spots(world), **reported}
         permitted = within.applied_to(facts)
         able = frozenset(
             fact for fact in permitted if not is_ability(fact, of=unavailable) and fact not in roles
@@ -216,7 +217,7 @@ class ProblemBuilder:
             world,
             able,
             goals,
-            spots=spots,
+            spots=self._spots(world),
             reserved=reserved,
             knowledge_base=self._knowledge_base,
             perceives=self._perceives,
@@ -233,7 +234,7 @@ class ProblemBuilder:
         built_at_s = self._clocks[goal.world].now_s()
         issues = blocking(check_request(stated, constraints, played, facts, self._knowledge_base))
         return GoalProblem(
-            problem=_urgent(_scaled(problem, factors), goal, built_at_s),
+            problem=_urgent(_scaled(problem, factors), goal, built_at_s, others=joined_facts),
             withheld=Withheld(
                 whole=replace(problem, facts=_with_releases(applied, reserved).applied_to(facts)),
                 missions={str(one): one.reservation for one in held if is_known},
@@ -248,6 +249,7 @@ class ProblemBuilder:
             constraints=applied.within(forbidden),
             conflict=conflict_in(issues),
             roles=roles,
+            joined=joined_facts,
             built_at_s=built_at_s,
         )
 
@@ -265,12 +267,15 @@ class ProblemBuilder:
             net, self._facts.supporting(session, plan.world)
         )
         chosen = with_goals_of if with_preferences else as_chosen_by
+        problem = built.problem if is_current else built.withheld.whole
+        # The mission may have been asked to carry out other goals, too, since the plan was made.
+        goals = tuple(fact for fact in problem.goals if fact not in built.joined or fact in net.goals)
         return CurrentProblem(
             goal=goal,
             plan_net=net,
             problem=applied(
                 body.edits,
-                chosen(net, built.problem if is_current else built.withheld.whole),
+                chosen(net, replace(problem, goals=goals)),
                 self._knowledge_base,
                 now_s=built.built_at_s,
             ),
@@ -313,9 +318,7 @@ class ProblemBuilder:
         if not constraints.parts:
             return None
         world = with_roles_in_force(session, self._worlds[goal.world])
-        parts = constraints.without_achieved(
-            [SymbolicFact.model_validate(fact) for fact in goal.goal], world
-        ).parts
+        parts = constraints.without_achieved(_facts_of(goal), world).parts
         free = self.build(session, goal, constraints=constraints.beside_parts).problem
         stated = built.problem
         problem = replace(
@@ -362,6 +365,19 @@ class ProblemBuilder:
         net = PlanBody.model_validate(plan.body).to_plan_net(self._knowledge_base)
         return tuple(one for one in goals if one in net.goals)
 
+    def _unavailable_robots(self, session: Session, world: str, numbers: Numbers) -> Mapping[str, str]:
+        """The robots that are not recruited now, each with the reason."""
+        return {
+            **self._resting(numbers),
+            **self._unavailable(world),
+            **withdrawn_robot_reasons(session, world),
+        }
+
+    def _spots(self, world: WorldFile) -> Mapping[str, tuple[float, float]]:
+        """Where things are: the robots where they have last reported to be."""
+        reported = {spot_of(robot): point for robot, point in self._points(world.name).items()}
+        return {**initial_spots(world), **reported}
+
     def _resting(self, numbers: Numbers) -> Mapping[str, str]:
         """The robots whose battery is known to be too low, though they may be silent now."""
         return {
@@ -371,17 +387,38 @@ class ProblemBuilder:
         }
 
 
-def _urgent(problem: PlanningProblem, goal: GoalRow, now_s: float) -> PlanningProblem:
-    """The problem with the goal's priority and the times left until it may be true and until its deadline."""
+def _urgent(
+    problem: PlanningProblem, goal: GoalRow, now_s: float, *, others: Collection[Fact]
+) -> PlanningProblem:
+    """The problem with the goal's priority and the times left until it may be true and until its deadline.
+
+    :param others: facts of other goals, which have no such times.
+    """
+    own = [fact for fact in problem.goals if fact not in others]
     not_before_at_s = GoalTerms.from_json(goal.terms).not_before_at_s
     if not_before_at_s is not None and not_before_at_s > now_s:
-        later_s = dict.fromkeys(problem.goals, not_before_at_s - now_s)
+        later_s = dict.fromkeys(own, not_before_at_s - now_s)
         problem = replace(problem, not_before_s=later_s)
     priorities: dict[Fact, int] = dict.fromkeys(problem.goals, goal.priority)
     if goal.deadline_at_s is None:
         return replace(problem, priorities=priorities)
     left_s = goal.deadline_at_s - now_s
-    return replace(problem, priorities=priorities, deadlines_s=dict.fromkeys(problem.goals, left_s))
+    return replace(problem, priorities=priorities, deadlines_s=dict.fromkeys(own, left_s))
+
+
+def _facts_of(goal: GoalRow) -> list[SymbolicFact]:
+    return [SymbolicFact.model_validate(fact) for fact in goal.goal]
+
+
+def _facts_beside(session: Session, goal: GoalRow, world: WorldFile) -> Sequence[SymbolicFact]:
+    """What the goal's mission carries out, or is asked to, for other goals."""
+    mission = None if goal.mission_id is None else session.get_one(MissionRow, goal.mission_id)
+    ids = () if mission is None else goals_beside(mission)
+    rows = {row.id: row for row in session.scalars(select(GoalRow).where(GoalRow.id.in_(ids)))} if ids else {}
+    stated, _ = UNCONSTRAINED.of_goals(
+        [fact for one in ids if one in rows for fact in _facts_of(rows[one])], world
+    )
+    return stated
 
 
 def _as_roles(limited: Mapping[str, tuple[RoleSpec, frozenset[str]]]) -> Mapping[str, str]:

@@ -21,8 +21,12 @@ from app.store.world_summary import summary_of
 from app.workflows import PLAN_WAITING, WAITING, StepFailed, current_workflow, step
 from robots.clock import Clock
 
+STATED_BY = "waiting_goals"
+"""Who submits the goals that the service states for several that wait."""
 LOOK_S = 5.0
 """Wall-clock seconds between two looks at goals that have waited as long as they are to."""
+NEVER_PLANNED = -1
+"""In place of the count of releases at a goal's last planning: it is to be planned whatever has been released."""
 GOALS_PER_WORKFLOW = 25
 """Goals after which a new workflow continues, so that the waiting goals of other worlds have their turn."""
 
@@ -160,6 +164,22 @@ class WaitingGoals:
                 if (now := before.updated(unavailable)) != before:
                     note_blockers(mission, now)
                     self._workflows.wake(session, mission.workflow)
+
+    def join(self, session: Session, goal: GoalRow, mission: MissionRow) -> None:
+        """Leave a goal to a mission that is planned again for it, too."""
+        goal.joint_goal = mission.goal_id
+        have_wait(
+            session, self._events, goal, Blockers(missions=(f"{mission.id}, which is planned with it",))
+        )
+
+    def part(self, session: Session, goal: GoalRow, mission: MissionRow) -> None:
+        """Have a goal planned by itself that the mission was to carry out, too, and does not."""
+        goal.joint_goal = None
+        goal.releases_seen = NEVER_PLANNED
+        have_wait(
+            session, self._events, goal, Blockers(missions=(f"{mission.id}, which goes on without it",))
+        )
+        self.look_again(session, goal)
 
     def release(self, session: Session, world: str) -> None:
         """Count a release in the world, and have waiting goals planned once the caller's transaction commits."""

@@ -1,6 +1,6 @@
 """Queries of goals, missions and lost robots that several services share."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from operator import attrgetter, itemgetter
 from typing import Any, TypeVar, cast
@@ -91,6 +91,12 @@ def lock_goal(session: Session, goal_id: str) -> GoalRow:
     if row is None:
         raise unrecorded("goal", goal_id)
     return row
+
+
+def lock_goals(session: Session, goal_ids: Iterable[str]) -> Mapping[str, GoalRow]:
+    """The rows of these goals, by id, locked in the order of the ids; those that are not recorded are left out."""
+    query = select(GoalRow).where(GoalRow.id.in_(set(goal_ids))).order_by(GoalRow.id).with_for_update()
+    return {goal.id: goal for goal in session.scalars(query.execution_options(populate_existing=True))}
 
 
 def lock_mission(session: Session, mission_id: str) -> MissionRow:

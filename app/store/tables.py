@@ -307,8 +307,8 @@ class GoalRow(Base):
     the progress while planning runs; `planned_by`: the workflow that plans it now; `stop_requested`: planning is to end
     with the best plan so far; `alternatives`: the state of the search for alternatives; `waits_for`: the blockers that
     a waiting goal waits for; `terms`: its constraints, and how its sentence was read; `allocation`: how its robots are
-    chosen; `tender`: the bids for it, see `app.domain.tender_document`; `joint_goal`: the goal that the service has
-    stated to carry it out together with others that waited, though its mission may have failed.
+    chosen; `tender`: the bids for it, see `app.domain.tender_document`; `joint_goal`: the goal whose mission carries it
+    out, too, though that may have failed.
     """
 
     __tablename__ = "goals"
@@ -375,9 +375,9 @@ class MissionRow(Base):
     `plan_id` is its current plan, `revision` counts its plans and `revised_at_s` is when it got the current one, if not
     the first. `recovery` is the recovery policy, `recovery_step` the current step, `tries_left` the number of tries
     left, `attempts` the recovery attempts with their outcomes; `stopped_for`: why its robots were stopped, in words, if
-    none of them had failed; `replanning`: see `app.domain.lifecycles.recovery`. `contradictions` in its robots'
-    reports: see `app.domain.contradictions`. `workflow` is the id of its current workflow, `results` the number of its
-    results. `delegate`: robots in the field may put legs of their scripts to each other.
+    none of them had failed; `replanning`, `joined_goals`: see `app.domain.lifecycles.recovery`. `contradictions` in its
+    robots' reports: see `app.domain.contradictions`. `workflow` is the id of its current workflow, `results` the number
+    of its results. `delegate`: robots in the field may put legs of their scripts to each other.
     """
 
     __tablename__ = "missions"
@@ -405,6 +405,7 @@ class MissionRow(Base):
     revised_at_s: Mapped[float | None]
     stopped_for: Mapped[str] = mapped_column(default="")
     replanning: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    joined_goals: Mapped[list[Any]] = mapped_column(default=list, server_default="[]")
     recovery: Mapped[str] = mapped_column(default="never")
     recovery_step: Mapped[str | None]
     tries_left: Mapped[int] = mapped_column(default=0)

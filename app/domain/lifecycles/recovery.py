@@ -81,7 +81,8 @@ class Recovery(Protocol):
     """The fields of a mission that its recovery assigns; the last of `attempts` is the present one.
 
     `stopped_for`: why its robots were stopped, in words, if none of them had failed. `replanning`: an operator has
-    asked for another plan, with `pins`, what is pinned of it; None if not, or once it is approved or rejected.
+    asked for another plan, with `pins`, what is pinned of it, and `goals`, further ones that it is to be for; None if
+    not, or once it is approved or rejected. `joined_goals`: those that it carries out beside its own, by id.
     """
 
     recovery_step: str | None
@@ -89,15 +90,43 @@ class Recovery(Protocol):
     attempts: list[Any]
     stopped_for: str
     replanning: dict[str, Any] | None
+    joined_goals: list[Any]
 
 
-def ask_for_plan(mission: Recovery, *, pins: Sequence[Mapping[str, Any]], reason: str) -> None:
+def ask_for_plan(
+    mission: Recovery, *, pins: Sequence[Mapping[str, Any]], goals: Sequence[str] = (), reason: str
+) -> None:
     """Have the mission's robots stopped and its plan made again, as an operator asks.
 
     This uses up none of its tries.
+
+    :param goals: that wait; the plan is to be for them, too.
     """
-    mission.replanning = {"pins": list(pins)}
+    mission.replanning = {"pins": list(pins), "goals": list(goals)}
     mission.stopped_for = reason
+    mission.tries_left += 1
+
+
+def asked_goals(mission: Recovery) -> tuple[str, ...]:
+    """The goals that the plan that an operator has asked for is to be for, too."""
+    return tuple((mission.replanning or {}).get("goals", ()))
+
+
+def goals_beside(mission: Recovery) -> tuple[str, ...]:
+    """The goals that the mission's next plan is for beside its own."""
+    return (*mission.joined_goals, *asked_goals(mission))
+
+
+def goals_left_out(mission: Recovery) -> tuple[str, ...]:
+    """The goals that plans were asked for and that the mission does not carry out."""
+    asked = dict.fromkeys(goal for attempt in mission.attempts for goal in attempt.get("goals", ()))
+    return tuple(goal for goal in asked if goal not in goals_beside(mission))
+
+
+def leave_goals_out(mission: Recovery, reason: str) -> None:
+    """Note that no plan was found for the goals that were asked for; one without them is to be made."""
+    _conclude(mission, AttemptOutcome.NO_PLAN, detail=reason)
+    mission.replanning = {**(mission.replanning or {}), "goals": []}
     mission.tries_left += 1
 
 
@@ -143,6 +172,7 @@ def begin_attempt(
         "at_s": at_s,
         "failure": failure,
         "reason": reason,
+        "goals": list(asked_goals(mission)),
     }
     mission.attempts = [*mission.attempts, attempt]
     return attempt
@@ -167,6 +197,7 @@ def approve(mission: Recovery, plan_id: str) -> None:
     """Let the mission carry the repaired plan out."""
     _conclude(mission, AttemptOutcome.APPROVED, plan_id=plan_id)
     _set_step(mission, None)
+    mission.joined_goals = list(goals_beside(mission))
     mission.replanning = None
     mission.stopped_for = ""
 

@@ -10,10 +10,10 @@ from fastapi.testclient import TestClient
 from app.domain.blockers import Blockers
 from app.domain.world_model import planning_problem
 from app.domain.world_model.reservation import Reservation, is_withheld
-from app.planning.joint_goals import STATED_BY
 from app.planning.pool.joint import JointWork, Together
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.withheld import Withheld
+from app.planning.waiting_goals import STATED_BY
 from planner import UNOBSERVED, KnowledgeBase, PlanningRequest
 from tests.app.fake_robots import FakeTeam
 from tests.app.planning.store_engine import StoreEngine
