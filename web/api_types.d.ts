@@ -384,6 +384,8 @@ interface Mission {
   /** How many its packets have brought. */
   results?: number;
   progress?: ScriptProgress[];
+  /** Goals that waited and that it carries out beside its own. */
+  joined_goals?: string[];
   recovery?: { policy: string; step: string | null; attempts: RecoveryAttempt[] };
   created_at: string;
 }

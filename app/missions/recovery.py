@@ -183,7 +183,9 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         if result.answer is not None:
             self._propose(session, subject, task, result.answer[0])
         elif recovery.asked_goals(subject):
-            self._leave_goals_out(session, subject, result.waits_for.reason if result.waits_for else result.why)
+            self._leave_goals_out(
+                session, subject, result.waits_for.reason if result.waits_for else result.why
+            )
         elif result.waits_for:
             self._wait(session, subject, result.waits_for)
         else:

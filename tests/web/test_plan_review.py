@@ -244,6 +244,29 @@ def test_what_a_mission_has_not_done_is_planned_again_with_a_change_or_without(
     expect(plan.get_by_test_id("edit")).to_contain_text("is being planned again already")
 
 
+def test_goals_that_wait_are_carried_out_by_a_mission_that_is_planned_again(
+    plan: Page, service: FakeService
+) -> None:
+    for text, changes in (
+        ("move sample_2 to bay_2", {"state": "waiting"}),
+        ("move sample_3 to bay_3", {"state": "waiting", "joint_goal": "goal-9"}),
+        ("move sample_4 to bay_4", {}),
+    ):
+        service.propose(text, **changes)
+    service.approve("plan-1")
+    expect(plan.get_by_test_id("plan-state")).to_have_text("approved")
+    plan.get_by_test_id("edit").locator("summary").click()
+    expect(plan.get_by_test_id("edit").get_by_role("group")).to_contain_text("also carry out")
+    plan.get_by_label("move sample_2 to bay_2").check()
+    expect(plan.get_by_test_id("join-goal")).to_have_count(1)
+    plan.get_by_test_id("replan").click()
+    expect(plan.get_by_test_id("mission-state")).to_have_text("recovering")
+    assert service.asked == [{"joins": "goal-2"}]
+    service.missions["mission-1"] |= {"state": "running", "joined_goals": ["goal-2"]}
+    service.publish("mission.revised", "mission-1")
+    expect(plan.get_by_test_id("joined-goals")).to_have_text("also carries out goal-2")
+
+
 def test_the_plan_of_a_mission_that_has_ended_is_not_changed(plan: Page, service: FakeService) -> None:
     service.approve("plan-1")
     expect(plan.get_by_test_id("edit")).to_be_visible()

@@ -94,8 +94,10 @@ class RandomOperator:
                 self._submit_nonsense(api)
             case "decide":
                 self._decide(api)
-            case "pause" | "resume" | "replan" | "cancel a mission" as order:
+            case "pause" | "resume" | "cancel a mission" as order:
                 self._order(api, order.split()[0])
+            case "replan":
+                self._replan(api)
             case "cancel a goal":
                 self._cancel_goal(api)
             case "submit again":
@@ -198,9 +200,25 @@ class RandomOperator:
         self._order_to(api, f"/v1/plans/{plan_id}:{verb}", f"plans: {verb}")
 
     def _order(self, api: httpx2.Client, verb: str) -> None:
-        missions = [goal["mission_id"] for goal in self.observer.open if goal["mission_id"]]
-        if missions:
+        if missions := self._missions():
             self._order_to(api, f"/v1/missions/{self._rng.choice(missions)}:{verb}", f"missions: {verb}")
+
+    def _missions(self) -> list[str]:
+        return [goal["mission_id"] for goal in self.observer.open if goal["mission_id"]]
+
+    def _replan(self, api: httpx2.Client) -> None:
+        """Have a mission planned again, half the time for a goal that waits, too, which may not be able to join it."""
+        missions = self._missions()
+        if not missions:
+            return
+        waiting = [goal["id"] for goal in self.observer.open if goal["state"] == "waiting"]
+        joining = [self._rng.choice(waiting)] if waiting and self._rng.random() < 0.5 else []
+        path = f"/v1/missions/{self._rng.choice(missions)}:replan"
+        answer = self._ask(
+            api, "POST", path, {"goals": joining}, may=(202, 409, 422) if joining else (202, 409)
+        )
+        done = "missions: replan with a goal" if joining else "missions: replan"
+        self.done[done if answer.status_code == 202 else "orders that came too late"] += 1
 
     def _cancel_goal(self, api: httpx2.Client) -> None:
         if self.open:

@@ -146,9 +146,10 @@ class MissionServices:
             clock=wall_clock,
             out_of_service=OutOfService(self.core, clocks=clocks, waiting=self.waiting),
             peripherals=lambda world: (),
+            waiting=self.waiting,
             **planning,
         )
-        self.missions = MissionService(self.core, problems=planning["problems"])
+        self.missions = MissionService(self.core, problems=planning["problems"], waiting=self.waiting)
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
         )

@@ -91,6 +91,7 @@ function drawHead(node, mission, problem, { refresh, replay }) {
       hasEnded ? el("button", { "data-testid": "mission-replay", onclick: () => attempt([], problem, () => replay(mission)) }, "Replay") : controls(mission, problem, refresh),
     ),
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
+    mission.joined_goals?.length ? el("p", { class: "small", "data-testid": "joined-goals" }, `also carries out ${mission.joined_goals.join(", ")}`) : null,
     recovery(mission),
     hasEnded ? null : policyChoice(mission, problem, refresh),
   );

@@ -36,12 +36,17 @@ export async function editForm(plan, state, refresh) {
     : "The plan is made once more with as few changes as pays. It can be approved instead of this one, which stays.";
   const button = el("button", { type: "submit", "data-testid": "edit-plan" }, "Plan with this change");
   const again = mission && el("button", { type: "button", "data-testid": "replan", onclick: () => ask([]) }, "Plan without a change");
+  const waiting = state.goals.filter((goal) => mission && goal.world === mission.world && goal.state === "waiting" && !goal.joint_goal);
+  const boxes = waiting.map((goal) => el("input", { type: "checkbox", value: goal.id, "data-testid": "join-goal" }));
+  const joined = waiting.length > 0 && el("fieldset", {}, el("legend", { class: "small" }, "also carry out, of the goals that wait"), waiting.map((goal, n) => el("label", { class: "small" }, boxes[n], ` ${goal.text}`)));
   const form = el(
     "form",
     { class: "edit", onsubmit: send },
     el("p", { class: "quiet small" }, hint),
     action,
-    el("div", { class: "row" }, el("label", { class: "small" }, "what it is done for "), change, value, button, again),
+    el("div", { class: "row" }, el("label", { class: "small" }, "what it is done for "), change, value),
+    joined,
+    el("div", { class: "row" }, button, again),
     box,
   );
 
@@ -64,7 +69,8 @@ export async function editForm(plan, state, refresh) {
   async function ask(edits) {
     const buttons = again ? [button, again] : [button];
     await attempt(buttons, box, async () => {
-      await post(path, { edits });
+      const goals = boxes.filter((one) => one.checked).map((one) => one.value);
+      await post(path, goals.length ? { edits, goals } : { edits });
       for (const one of buttons) one.disabled = false;
     });
     refresh();

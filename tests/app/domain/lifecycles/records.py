@@ -22,6 +22,7 @@ class PlainMission:
     attempts: list[Attempt] = field(default_factory=list)
     stopped_for: str = ""
     replanning: dict[str, Any] | None = None
+    joined_goals: list[str] = field(default_factory=list)
 
 
 @dataclass

@@ -14,6 +14,9 @@ from tests.app.domain.lifecycles.records import PlainMission
 TROUBLE = Trouble(robot="fred", category=FailureCategory.ROBOT, detail="the gripper does not close")
 
 
+PINS = [{"goal": "in(s, b)"}]
+
+
 def begin(mission: PlainMission, *troubles: Trouble) -> None:
     recovery.begin_attempt(mission, troubles or [TROUBLE], at_s=5.0, failure="robot", reason="fred failed")
 
@@ -131,7 +134,7 @@ def test_without_a_repaired_plan_there_is_nothing_to_decide(change: Callable[[Pl
 def asked_for() -> PlainMission:
     """A mission whose operator has asked for another plan, which is proposed."""
     mission = PlainMission()
-    recovery.ask_for_plan(mission, pins=[{"goal": "in(s, b)"}], reason="an operator asks")
+    recovery.ask_for_plan(mission, pins=PINS, goals=["goal-2"], reason="an operator asks")
     recovery.begin_attempt(mission, (), at_s=5.0, failure=None, reason="an operator asks")
     propose(mission)
     recovery.ask_operator(mission)
@@ -140,7 +143,10 @@ def asked_for() -> PlainMission:
 
 def test_a_plan_that_was_asked_for_uses_up_no_try() -> None:
     mission = asked_for()
-    assert (mission.stopped_for, mission.replanning) == ("an operator asks", {"pins": [{"goal": "in(s, b)"}]})
+    assert (mission.stopped_for, mission.replanning) == (
+        "an operator asks",
+        {"pins": PINS, "goals": ["goal-2"]},
+    )
     recovery.approve(mission, "plan-2")
     assert (mission.stopped_for, mission.replanning, mission.tries_left) == ("", None, TRIES)
 
@@ -153,6 +159,32 @@ def test_once_a_plan_that_was_asked_for_is_rejected_the_mission_goes_back_to_the
     assert recovery.goes_back(mission)
     assert (mission.replanning, mission.tries_left, mission.stopped_for) == (None, TRIES, "it was rejected")
     assert [one["outcome"] for one in mission.attempts] == [AttemptOutcome.REJECTED, AttemptOutcome.PLANNING]
+
+
+def test_goals_that_a_plan_was_asked_for_join_the_mission_with_its_approval() -> None:
+    mission = asked_for()
+    assert (recovery.goals_beside(mission), recovery.goals_left_out(mission)) == (("goal-2",), ())
+    recovery.approve(mission, "plan-2")
+    recovery.ask_for_plan(mission, pins=(), goals=["goal-3"], reason="an operator asks")
+    assert (mission.joined_goals, recovery.asked_goals(mission)) == (["goal-2"], ("goal-3",))
+    assert recovery.goals_beside(mission) == ("goal-2", "goal-3")
+
+
+def test_goals_of_a_plan_that_is_rejected_are_left_out() -> None:
+    mission = asked_for()
+    recovery.refuse_plan(mission, "plan-2", "it was rejected")
+    assert (recovery.goals_beside(mission), recovery.goals_left_out(mission)) == ((), ("goal-2",))
+
+
+def test_without_a_plan_for_the_goals_what_is_pinned_is_planned_without_them() -> None:
+    mission = PlainMission()
+    recovery.ask_for_plan(mission, pins=PINS, goals=["goal-2"], reason="an operator asks")
+    recovery.begin_attempt(mission, (), at_s=5.0, failure=None, reason="an operator asks")
+    recovery.leave_goals_out(mission, "there is no plan with goal-2")
+    recovery.begin_attempt(mission, (), at_s=6.0, failure=None, reason="there is no plan with goal-2")
+    assert (mission.replanning, mission.tries_left) == ({"pins": PINS, "goals": []}, TRIES)
+    assert recovery.goals_left_out(mission) == ("goal-2",)
+    assert [one["outcome"] for one in mission.attempts] == [AttemptOutcome.NO_PLAN, AttemptOutcome.PLANNING]
 
 
 def test_a_repair_after_a_failure_does_not_go_back() -> None:

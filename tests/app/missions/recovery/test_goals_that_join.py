@@ -60,7 +60,9 @@ def test_a_goal_that_waits_is_carried_out_by_the_mission_that_it_joins(
     assert (joined["state"], joined["joint_goal"]) == ("waiting", own)
     assert joined["reason"] == f"waits for {mission.rsplit('/', maxsplit=1)[-1]}, which is planned with it"
     ended = follow(mission, *ENDED)
-    assert (ended["state"], ended["reason"], ended["joined_goals"]) == ("completed", "", [goal]), ended["recovery"]
+    assert (ended["state"], ended["reason"], ended["joined_goals"]) == ("completed", "", [goal]), ended[
+        "recovery"
+    ]
     assert [(one["goals"], one["outcome"]) for one in ended["recovery"]["attempts"]] == [([goal], "approved")]
     carried_out = follow(f"/v1/goals/{goal}", "finished")
     assert (carried_out["outcome"], carried_out["mission_id"]) == ("completed", ended["id"])
