@@ -41,6 +41,8 @@ from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
+from app.missions.repair_tasks import RepairTasks
+from app.missions.replanning import MissionReplanning
 from app.missions.reports import MissionReports
 from app.missions.roles import RoleService
 from app.missions.run_announcer import RunAnnouncer
@@ -327,12 +329,14 @@ class Service:
             limits=limits,
             at_most=settings.joint_goals,
         )
+        repairs = RepairTasks(
+            core, problems=problems, limits=limits, clocks=self.clocks, tenders=self.tenders
+        )
         self._recovery = RecoveryJob(
             core,
-            problems=problems,
+            tasks=repairs,
             proposals=proposals,
             worker=self._worker,
-            limits=limits,
             clocks=self.clocks,
             requests=self._requests,
             approval=self.plans,
@@ -345,7 +349,15 @@ class Service:
         self._alternatives_job = AlternativesJob(
             core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
         )
-        self.missions = MissionService(core, problems=problems, waiting=self._waiting_goals)
+        self.missions = MissionService(core)
+        self.replanning = MissionReplanning(
+            core,
+            problems=problems,
+            tasks=repairs,
+            worker=self._worker,
+            waiting=self._waiting_goals,
+            clocks=self.clocks,
+        )
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
         self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, calls=calls)
@@ -586,6 +598,7 @@ class Service:
             tenders=self.tenders,
             export=self.export,
             missions=self.missions,
+            replanning=self.replanning,
             worlds=self.worlds,
             world_set=self.world_set,
             world_changes=self.world_changes,

@@ -55,6 +55,7 @@ from app.missions.factsheets import Factsheets
 from app.missions.lost_robots import LostRobots
 from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
+from app.missions.replanning import MissionReplanning
 from app.missions.roles import RoleService
 from app.missions.sensor_sources import SensorSources
 from app.missions.world_changes import WorldChanges
@@ -109,6 +110,7 @@ class Services:
     tenders: Tenders
     export: PlanExport
     missions: MissionService
+    replanning: MissionReplanning
     worlds: WorldService
     world_set: WorldSet
     world_changes: WorldChanges
@@ -150,7 +152,7 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
         goals_router(service.goals, service.alternatives, service.plans),
         plans_router(service.plans, service.alternatives, service.explanations, service.export),
         plan_bids_router(service.plan_bids, service.tenders),
-        missions_router(service.missions),
+        missions_router(service.missions, service.replanning),
         worlds_router(service.worlds),
         world_set_router(service.world_set, service.worlds),
         holds_router(service.holds),

@@ -178,7 +178,7 @@ MAX_JOINED_GOALS = 16
 """The most goals that are taken along at once when a mission is planned again."""
 
 
-class Replan(Decision):
+class Preview(Request):
     edits: list[PlanEdit] = Field(
         default=[],
         max_length=MAX_EDITS,
@@ -192,6 +192,10 @@ class Replan(Decision):
         "planned without them",
         examples=[[]],
     )
+
+
+class Replan(Decision, Preview):
+    """As for a preview, with a comment."""
 
 
 class AlternativesSearch(BaseModel):

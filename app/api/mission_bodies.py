@@ -10,9 +10,10 @@ from app.domain.lifecycles.recovery import RecoveryStep
 from app.domain.lifecycles.script import unanswered_order
 from app.domain.mission_organiser.synchronisation import time_of
 from app.domain.recovery_rules import Measure, Policy
+from app.missions.replanning import MissionPreview
 from app.store import MissionRow, ScriptRow
 from app.store.records import values_of
-from robots.wire import BehaviourScript, FailureCategory, Performative
+from robots.wire import BehaviourScript, FailureCategory, Performative, SymbolicFact
 
 
 class PacketProgress(BaseModel):
@@ -262,6 +263,41 @@ class MissionBody(BaseModel):
     @classmethod
     def of(cls, row: MissionRow, scripts: list[ScriptRow]) -> Self:
         return cls.model_validate(mission_document(row, scripts))
+
+
+class AchievedBody(BaseModel):
+    """A goal, and when it would be true."""
+
+    goal: SymbolicFact
+    in_s: float = Field(description="from now, world seconds; 0: it is true already")
+
+
+class MissionPreviewBody(BaseModel):
+    """What would come of having a mission planned again now."""
+
+    made_at_s: float = Field(description="world's clock")
+    reason: str = Field(description="why there is no plan; empty if there is one")
+    ends_in_s: float | None = Field(description="when all goals would be true, from now; null without a plan")
+    expected_in_s: float | None = Field(
+        description="when it is expected to end by its present plan, from now; null: it has not begun"
+    )
+    robots: list[str]
+    changes: list[str] = Field(description="what would become of the present plan's actions, in words")
+    achieved: list[AchievedBody]
+    unkept: str = Field(description="what the plan would not keep to of the edits; empty if nothing")
+
+    @classmethod
+    def of(cls, preview: MissionPreview) -> Self:
+        return cls(
+            made_at_s=preview.made_at_s,
+            reason=preview.reason,
+            ends_in_s=preview.ends_in_s,
+            expected_in_s=preview.expected_in_s,
+            robots=list(preview.robots),
+            changes=list(preview.changes),
+            achieved=[AchievedBody(goal=goal, in_s=in_s) for goal, in_s in preview.achieved_in_s],
+            unkept=preview.unkept,
+        )
 
 
 MISSION_FIELDS = tuple(MissionBody.model_fields)

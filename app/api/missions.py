@@ -5,14 +5,22 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from app.api.bodies import Decision, Page, Replan, SetRecovery
+from app.api.bodies import Decision, Page, Preview, Replan, SetRecovery
 from app.api.goals import ACTOR
-from app.api.mission_bodies import MissionBody, ResultBody, ScriptBody, SpeechBody, mission_document
+from app.api.mission_bodies import (
+    MissionBody,
+    MissionPreviewBody,
+    ResultBody,
+    ScriptBody,
+    SpeechBody,
+    mission_document,
+)
 from app.api.parameters import After, Id, Limit, NameFilter
 from app.api.plan_json import JSON, json_of, json_page
 from app.api.problems import declared
 from app.domain.lifecycles.mission import MissionState
 from app.missions.mission_service import Mission, MissionService
+from app.missions.replanning import MissionReplanning
 from app.store import ScriptRow
 from robots.wire import BehaviourScript
 
@@ -24,7 +32,7 @@ CONTENT: Mapping[str, Any] = {
 }
 
 
-def missions_router(missions: MissionService) -> APIRouter:
+def missions_router(missions: MissionService, replanning: MissionReplanning) -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["missions"])
 
     @router.get("/missions", response_model=Page[MissionBody])
@@ -95,7 +103,16 @@ def missions_router(missions: MissionService) -> APIRouter:
         with goals that wait. The mission's robots stop for it. The new plan is approved like a repair, by the mission's
         recovery policy; if it is rejected the mission goes on with the rest of its present plan."""
         body = body or Replan()
-        return MissionBody.of(*missions.replan(mission_id, body.edits, ACTOR, body.comment, goals=body.goals))
+        return MissionBody.of(
+            *replanning.replan(mission_id, body.edits, ACTOR, body.comment, goals=body.goals)
+        )
+
+    @router.post("/missions/{mission_id}:preview", responses=declared(409, 503))
+    def preview_mission(mission_id: Id, body: Preview | None = None) -> MissionPreviewBody:
+        """What would come of `:replan` now: when each goal would be true, and what becomes of the present plan. It is
+        planned, in up to 10 s, and nothing is changed: the robots go on meanwhile."""
+        body = body or Preview()
+        return MissionPreviewBody.of(replanning.preview(mission_id, body.edits, goals=body.goals))
 
     order("cancel", missions.cancel)
     order("pause", missions.pause)

@@ -1,8 +1,6 @@
 """A mission's recovery: a durable workflow repairs its plan, and approves or proposes it by the recovery policy."""
 
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -16,49 +14,34 @@ from app.domain.lifecycles.goal import GoalState
 from app.domain.lifecycles.mission import MissionState, has_ended
 from app.domain.lifecycles.recovery import RecoveryStep, goes_back, troubles_of
 from app.domain.mission_monitor import MissionView, Verdict
-from app.domain.plan_document import PlanBody
-from app.domain.plan_edits import GoalPin, Pins, together
+from app.domain.plan_edits import GoalPin, Pins
 from app.domain.recovery_rules import (
     LeftOut,
     Policy,
     Trouble,
-    has_failed_at,
     left_out,
     measure_of,
     needs_decision,
 )
-from app.domain.tender_document import TenderBody
 from app.domain.world_model.beliefs import OBJECT_POSITION
-from app.missions.mission_progress import progress_of
 from app.missions.out_of_service import OutOfService
+from app.missions.repair_tasks import RepairTask, RepairTasks
 from app.planning.approval import RECOVERY, PlanApproval
-from app.planning.job import PlanningJob, PlanningTask, ReplacedPlan
-from app.planning.limits import PlanningLimits, PlanningWish
+from app.planning.job import PlanningJob
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.waiting_line import Priority
-from app.planning.pool.work import RepairWork, Solution, Solutions, WorkResult
-from app.planning.problem_builder import ProblemBuilder
+from app.planning.pool.work import Solution, Solutions, WorkResult
 from app.planning.proposals import Proposals
 from app.planning.requests import PlanningRequests
 from app.planning.tenders import Tenders
 from app.planning.waiting_goals import WaitingGoals
-from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
+from app.store import GoalRow, MissionRow
 from app.store.event_log import EventLog
 from app.store.records import lock_goals, lock_mission
-from planner import Fact
 from robots.clock import Clock
 
 RETRY_BLOCKED_S = 20.0
 """Least time, in world seconds, before planning is tried again when other missions blocked it (our choice)."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RepairTask(PlanningTask):
-    """A repair to plan, and the robots and packets that it must do without; `tender`: with the legs awarded anew."""
-
-    replaces: ReplacedPlan
-    left_out: LeftOut
-    tender: TenderBody | None = None
 
 
 class RecoverySteps:
@@ -89,10 +72,9 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         self,
         core: Core,
         *,
-        problems: ProblemBuilder,
+        tasks: RepairTasks,
         proposals: Proposals,
         worker: PlanningWorker,
-        limits: PlanningLimits,
         clocks: Mapping[str, Clock],
         requests: PlanningRequests,
         approval: PlanApproval,
@@ -106,10 +88,8 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         :param tenders: None: robots do not bid for goals.
         """
         super().__init__(core, worker=worker, clock=clock)
-        self._plan_nets = core.plan_nets
-        self._problems = problems
+        self._tasks = tasks
         self._proposals = proposals
-        self._limits = limits
         self._clocks = clocks
         self._requests = requests
         self._approval = approval
@@ -142,39 +122,14 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
         failing = _failing(troubles, without, self._peripherals(mission.world))
         self._out_of_service.take_out_failing(session, mission.world, failing)
         recovery.note_left_out(mission, without.words)
-        built = self._problems.build(session, goal).without({*without.robots, *failing})
-        plan = session.get_one(PlanRow, mission.plan_id)
-        body = PlanBody.model_validate(plan.body)
-        net = self._plan_nets.of(session, plan.id)
-        of_plan = (ScriptRow.mission_id == mission.id, ScriptRow.plan_id == mission.plan_id)
-        scripts = session.scalars(select(ScriptRow).where(*of_plan)).all()
-        now_s = self._clocks[mission.world].now_s()
-        request = self._limits.request(PlanningWish.from_json(goal.limits))
-        # legs at which robots have failed are awarded to the next best bids
-        tender = body.tender and body.tender.reallocated(partial(has_failed_at, troubles))
-        recruits: Mapping[Fact, frozenset[str]] = {}
-        if tender is not None and self._tenders is not None:
-            recruits = self._tenders.recruits(tender, mission.world, built)
-        edits = together((*body.edits, *_newly_pinned(mission)))
-        built = self._problems.pinned(
-            replace(built, problem=replace(built.problem, recruits=recruits)), edits
-        )
-        work = RepairWork(
-            knowledge_base=self._knowledge_base,
-            plan_net=net,
-            problem=replace(built.problem, facts=without.remove_from(built.problem.facts)),
-            request=request,
-            progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
+        return self._tasks.of(
+            session,
+            mission,
+            goal,
+            without=without,
+            failing=frozenset(failing),
+            pins=_newly_pinned(mission),
             is_thorough=mission.replanning is not None,
-        )
-        return RepairTask(
-            problem=built,
-            work=work,
-            time_limit_s=request.time_limit_s,
-            replaces=ReplacedPlan(plan_id=plan.id, plan_net=net, edits=edits),
-            is_under_way=True,
-            left_out=without,
-            tender=tender,
         )
 
     def conclude(

@@ -30,7 +30,7 @@ from app.planning.progress_watch import ProgressWatch
 from app.planning.queueing import is_large_goal
 from app.store import Database, GoalRow, MissionRow
 from app.workflows import or_give_up, step
-from planner import PlanNet, PlanningStatus
+from planner import KnowledgeBase, PlanNet, PlanningStatus
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +127,8 @@ class PlanningJob(ABC, Generic[Row, Task]):
             task = self.begin(session, subject)
             if task is None:
                 return
-            attempt = _Attempt(self, self._database, subject_id, task, self.attempt_key(subject))
+            key = self.attempt_key(subject)
+            attempt = _Attempt(self, self._database, self._knowledge_base, subject_id, task, key)
             goal = _goal_of(session, subject)
             goal_id = goal.id
             job = Job(world=goal.world, priority=self.priority, is_large=is_large_goal(goal))
@@ -140,7 +141,7 @@ class PlanningJob(ABC, Generic[Row, Task]):
         )
         with suppress(WorkerClosed):  # the service ends; the job is recovered at its next start
             self._worker.do(
-                self.work(task),
+                work_of(task, self._knowledge_base),
                 task.time_limit_s,
                 watch,
                 job,
@@ -154,20 +155,6 @@ class PlanningJob(ABC, Generic[Row, Task]):
             _goal_of(session, subject).planning = None
             self.give_up(session, subject, reason)
 
-    def work(self, task: Task) -> Work[Solutions]:
-        """The task's work, which may turn out to have to wait for what its problem leaves out."""
-        problem = task.problem
-        work = task.work
-        if problem.withheld or problem.refusal:
-            work = WorkUnlessBlocked(
-                work=work,
-                problem=None if task.is_under_way else problem.problem,
-                withheld=problem.withheld,
-                knowledge_base=self._knowledge_base,
-                refusal=problem.refusal,
-            )
-        return work if task.search is None else WorkUnderConstraints(work=work, search=task.search)
-
 
 class _Attempt(Generic[Row, Task]):
     """One planning of a subject, from its task to the record of the result."""
@@ -176,12 +163,14 @@ class _Attempt(Generic[Row, Task]):
         self,
         job: PlanningJob[Row, Task],
         database: Database,
+        knowledge_base: KnowledgeBase,
         subject_id: str,
         task: Task,
         key: Hashable,
     ) -> None:
         self._job: PlanningJob[Row, Task] = job
         self._database = database
+        self._knowledge_base = knowledge_base
         self._subject_id = subject_id
         self._task = task
         self._key = key
@@ -196,7 +185,7 @@ class _Attempt(Generic[Row, Task]):
             if self._job.attempt_key(subject) == self._key:
                 self._task = self._job.renew(session, subject, self._task)
                 self._key = self._job.attempt_key(subject)
-        return self._job.work(self._task)
+        return work_of(self._task, self._knowledge_base)
 
     def conclude(self, result: WorkResult[Solutions]) -> None:
         """Record the result, if it is still wanted."""
@@ -205,6 +194,21 @@ class _Attempt(Generic[Row, Task]):
             _goal_of(session, subject).planning = None
             if self._job.attempt_key(subject) == self._key:
                 self._job.conclude(session, subject, self._task, permitted(self._task.problem, result))
+
+
+def work_of(task: PlanningTask, knowledge_base: KnowledgeBase) -> Work[Solutions]:
+    """The task's work, which may turn out to have to wait for what its problem leaves out."""
+    problem = task.problem
+    work = task.work
+    if problem.withheld or problem.refusal:
+        work = WorkUnlessBlocked(
+            work=work,
+            problem=None if task.is_under_way else problem.problem,
+            withheld=problem.withheld,
+            knowledge_base=knowledge_base,
+            refusal=problem.refusal,
+        )
+    return work if task.search is None else WorkUnderConstraints(work=work, search=task.search)
 
 
 def permitted(built: GoalProblem, result: WorkResult[Solutions]) -> WorkResult[Solutions]:

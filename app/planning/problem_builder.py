@@ -147,13 +147,19 @@ class ProblemBuilder:
         self._perceives = perceives
 
     def build(
-        self, session: Session, goal: GoalRow, *, constraints: Constraints | None = None
+        self,
+        session: Session,
+        goal: GoalRow,
+        *,
+        constraints: Constraints | None = None,
+        joining: Sequence[str] = (),
     ) -> GoalProblem:
         """The goal's current problem; its plan may use what the goal's own mission has reserved.
 
         It is for the goals, too, that this mission carries out beside its own, or is asked to.
 
         :param constraints: in place of the goal's.
+        :param joining: further goals that the mission may be asked to carry out, by id.
         :raises Conflict: if its world does not run.
         """
         self._find(goal.world)
@@ -179,7 +185,7 @@ class ProblemBuilder:
         numbers = self._numbers.for_planner(session, goal.world)
         played = with_roles_in_force(session, world)
         own, constraints = constraints.of_goals(_facts_of(goal), played)
-        stated = (*own, *(fact for fact in _facts_beside(session, goal, played) if fact not in own))
+        stated = (*own, *(fact for fact in _facts_beside(session, goal, played, joining) if fact not in own))
         unachieved = constraints.without_achieved(stated, played)
         applied = unachieved.in_world(played, numbers)
         required = {str(hold): hold.required_of(stated, played) for hold in holds}
@@ -410,10 +416,12 @@ def _facts_of(goal: GoalRow) -> list[SymbolicFact]:
     return [SymbolicFact.model_validate(fact) for fact in goal.goal]
 
 
-def _facts_beside(session: Session, goal: GoalRow, world: WorldFile) -> Sequence[SymbolicFact]:
-    """What the goal's mission carries out, or is asked to, for other goals."""
+def _facts_beside(
+    session: Session, goal: GoalRow, world: WorldFile, joining: Sequence[str]
+) -> Sequence[SymbolicFact]:
+    """What the goal's mission carries out, or is asked to, for other goals, and for those that are joining."""
     mission = None if goal.mission_id is None else session.get_one(MissionRow, goal.mission_id)
-    ids = () if mission is None else goals_beside(mission)
+    ids = (*(() if mission is None else goals_beside(mission)), *joining)
     rows = {row.id: row for row in session.scalars(select(GoalRow).where(GoalRow.id.in_(ids)))} if ids else {}
     stated, _ = UNCONSTRAINED.of_goals(
         [fact for one in ids if one in rows for fact in _facts_of(rows[one])], world

@@ -22,6 +22,8 @@ from app.missions.mission_service import MissionService
 from app.missions.out_of_service import OutOfService
 from app.missions.plausibility import Plausibility
 from app.missions.recovery import RecoveryJob, RecoverySteps
+from app.missions.repair_tasks import RepairTasks
+from app.missions.replanning import MissionReplanning
 from app.missions.reports import MissionReports
 from app.missions.world_changes import WorldChanges
 from app.missions.world_set import FileChecks
@@ -124,32 +126,42 @@ class MissionServices:
             self.core, margin=Margin(), requests=requests, worlds=files, clocks=clocks, tenders=self.tenders
         )
         self._engine = ScriptedEngine(plan_net)
+        problems = ProblemBuilder(
+            self.core,
+            worlds=files,
+            clocks=clocks,
+            points=self.board.points,
+            unavailable=self.board.unavailable,
+        )
+        limits = PlanningLimits()
         planning: dict[str, Any] = {
-            "problems": ProblemBuilder(
-                self.core,
-                worlds=files,
-                clocks=clocks,
-                points=self.board.points,
-                unavailable=self.board.unavailable,
-            ),
             "proposals": Proposals(self.core, clocks=clocks),
             "worker": worker or ScriptedWorker(plan_net),
-            "limits": PlanningLimits(),
             "approval": self.plans,
             "tenders": self.tenders,
+            "waiting": self.waiting,
+            "requests": requests,
         }
-        self._goals = GoalPlanningJob(self.core, waiting=self.waiting, requests=requests, **planning)
+        tasks = RepairTasks(self.core, problems=problems, limits=limits, clocks=clocks, tenders=self.tenders)
+        self._goals = GoalPlanningJob(self.core, problems=problems, limits=limits, **planning)
         self.recovery = RecoveryJob(
             self.core,
+            tasks=tasks,
             clocks=clocks,
-            requests=requests,
             clock=wall_clock,
             out_of_service=OutOfService(self.core, clocks=clocks, waiting=self.waiting),
             peripherals=lambda world: (),
-            waiting=self.waiting,
             **planning,
         )
-        self.missions = MissionService(self.core, problems=planning["problems"], waiting=self.waiting)
+        self.missions = MissionService(self.core)
+        self.replanning = MissionReplanning(
+            self.core,
+            problems=problems,
+            tasks=tasks,
+            worker=planning["worker"],
+            waiting=self.waiting,
+            clocks=clocks,
+        )
         plausibility = Plausibility(
             self.core, worlds=files, clocks=clocks, lags_s={WORLD: lambda: 0.0}, board=self.board
         )

@@ -166,7 +166,7 @@ class MissionMachine(RuleBasedStateMachine):
         """The operator asks for another plan."""
         before = self.mission
         is_asked = self.asked_at == before.revision
-        refused = self.refused(lambda: self.services.missions.replan(self.id, (), "operator", ""))
+        refused = self.refused(lambda: self.services.replanning.replan(self.id, (), "operator", ""))
         is_busy = is_asked or self.paused or before.state == "recovering"
         assert refused == (self.ended is not None or self.cancelled or is_busy)
         if not refused:
