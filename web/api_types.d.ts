@@ -390,6 +390,16 @@ interface Mission {
   created_at: string;
 }
 
+/** What would come of planning a mission again; times from now. */
+interface MissionPreview {
+  reason: string;
+  ends_in_s: number | null;
+  expected_in_s: number | null;
+  changes: string[];
+  achieved: { goal: Fact; in_s: number }[];
+  unkept: string;
+}
+
 /** What a packet has brought, `of` a place, sample or robot: the image of the camera `name`, or what was read of the quantity `name`. */
 interface Result {
   id: string;

@@ -219,6 +219,26 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
     def replay(mission_id: str) -> Any:
         return service.replay(mission_id)
 
+    @app.post("/v1/missions/{mission_id}:preview", dependencies=v1)
+    def preview_mission(mission_id: str, body: Annotated[dict[str, Any], Body()]) -> Any:
+        if service.refusal:
+            problem = {"title": "Conflict", "status": 409, "detail": service.refusal}
+            return JSONResponse(problem, 409, media_type="application/problem+json")
+        if body["edits"]:
+            problem = {"title": "Invalid", "status": 422, "detail": "the plan has no such action"}
+            return JSONResponse(problem, 422, media_type="application/problem+json")
+        achieved = [
+            {"goal": {"predicate": "in", "args": [f"sample_{n}", "bay_1"]}, "in_s": 10.0 * n} for n in (1, 2)
+        ]
+        return {
+            "reason": "",
+            "ends_in_s": 20.0,
+            "expected_in_s": 31.0,
+            "changes": ["3 of 5 actions kept"],
+            "achieved": achieved[: 1 + len(body.get("goals", ()))],
+            "unkept": "",
+        }
+
     @app.post("/v1/missions/{mission_id}:{verb}", dependencies=v1)
     def steer(mission_id: str, verb: str, body: Annotated[dict[str, Any] | None, Body()] = None) -> Any:
         if service.refusal:

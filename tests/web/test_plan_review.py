@@ -259,6 +259,12 @@ def test_goals_that_wait_are_carried_out_by_a_mission_that_is_planned_again(
     expect(plan.get_by_test_id("edit").get_by_role("group")).to_contain_text("also carry out")
     plan.get_by_label("move sample_2 to bay_2").check()
     expect(plan.get_by_test_id("join-goal")).to_have_count(1)
+    plan.get_by_test_id("preview").click()
+    outcome = plan.get_by_test_id("preview-outcome")
+    expect(outcome).to_contain_text("Without a change: ends in 20.0 s (by the present plan in 31.0 s)")
+    expect(outcome).to_contain_text("in(sample_2, bay_1) after 20.0 s; 3 of 5 actions kept")
+    expect(outcome).to_contain_text("the plan has no such action")
+    expect(plan.get_by_test_id("mission-state")).to_have_text("running")
     plan.get_by_test_id("replan").click()
     expect(plan.get_by_test_id("mission-state")).to_have_text("recovering")
     assert service.asked == [{"joins": "goal-2"}]

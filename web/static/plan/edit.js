@@ -3,8 +3,8 @@
 
 import { get, id, post } from "../page/api.js";
 import { el, show } from "../page/dom.js";
-import { byNumber } from "../page/format.js";
-import { attempt } from "../page/problem.js";
+import { byNumber, facts, seconds } from "../page/format.js";
+import { attempt, problemBox } from "../page/problem.js";
 
 /** @type {Record<string, {text: string, label: string, names: "robots" | "places" | "interchanges" | "actions" | null}>} */
 const CHANGES = {
@@ -15,6 +15,14 @@ const CHANGES = {
   after: { text: "comes after", label: "What another action is done for", names: "actions" },
   not_before_s: { text: "comes true no earlier than", label: "Seconds from now", names: null },
 };
+
+/** What would come of planning a mission again. @param {string} what @param {MissionPreview} preview */
+function described(what, { reason, ends_in_s: ends, expected_in_s: expected, changes, achieved, unkept }) {
+  if (ends === null) return el("p", { class: "small" }, el("b", {}, what), `: no plan; ${reason}`);
+  const times = achieved.length > 1 ? `; ${achieved.map((one) => `${facts([one.goal])} after ${seconds(one.in_s)}`).join(", ")}` : "";
+  const present = expected === null ? "" : ` (by the present plan in ${seconds(expected)})`;
+  return el("p", { class: "small" }, el("b", {}, what), `: ends in ${seconds(ends)}${present}${times}`, changes.length ? `; ${changes[0]}` : "", unkept ? `; does not keep to: ${unkept}` : "");
+}
 
 /** @param {Plan} plan @param {State} state @param {() => void} refresh */
 export async function editForm(plan, state, refresh) {
@@ -36,6 +44,8 @@ export async function editForm(plan, state, refresh) {
     : "The plan is made once more with as few changes as pays. It can be approved instead of this one, which stays.";
   const button = el("button", { type: "submit", "data-testid": "edit-plan" }, "Plan with this change");
   const again = mission && el("button", { type: "button", "data-testid": "replan", onclick: () => ask([]) }, "Plan without a change");
+  const look = mission && el("button", { type: "button", "data-testid": "preview", title: "What would come of it; the robots go on meanwhile", onclick: preview }, "Preview");
+  const outcome = el("div", { class: "note", role: "status", "data-testid": "preview-outcome", hidden: true });
   const waiting = state.goals.filter((goal) => mission && goal.world === mission.world && goal.state === "waiting" && !goal.joint_goal);
   const boxes = waiting.map((goal) => el("input", { type: "checkbox", value: goal.id, "data-testid": "join-goal" }));
   const joined = waiting.length > 0 && el("fieldset", {}, el("legend", { class: "small" }, "also carry out, of the goals that wait"), waiting.map((goal, n) => el("label", { class: "small" }, boxes[n], ` ${goal.text}`)));
@@ -46,7 +56,8 @@ export async function editForm(plan, state, refresh) {
     action,
     el("div", { class: "row" }, el("label", { class: "small" }, "what it is done for "), change, value),
     joined,
-    el("div", { class: "row" }, button, again),
+    el("div", { class: "row" }, button, again, look),
+    outcome,
     box,
   );
 
@@ -58,19 +69,41 @@ export async function editForm(plan, state, refresh) {
     else show(value, el("select", shared, names[kind].sort(byNumber).map((name) => el("option", {}, name))));
   }
 
+  /** The change that is chosen. */
+  function chosen() {
+    const given = String(new FormData(form).get("value") ?? "");
+    return [{ action: action.value, [change.value]: CHANGES[change.value].names ? given : Number(given) }];
+  }
+
   /** @param {Event} event */
   function send(event) {
     event.preventDefault();
-    const given = String(new FormData(form).get("value") ?? "");
-    ask([{ action: action.value, [change.value]: CHANGES[change.value].names ? given : Number(given) }]);
+    ask(chosen());
+  }
+
+  /** @param {Record<string, string | number>[]} edits */
+  function asked(edits) {
+    const goals = boxes.filter((one) => one.checked).map((one) => one.value);
+    return goals.length ? { edits, goals } : { edits };
+  }
+
+  async function preview() {
+    outcome.hidden = true;
+    await attempt(look ? [look] : [], box, async () => {
+      const at = `/v1/missions/${id(mission?.id ?? "")}:preview`;
+      const plain = described("Without a change", await post(at, asked([])));
+      const changed = await post(at, asked(chosen())).then((found) => described("With this change", found), problemBox);
+      show(outcome, [plain, changed]);
+      outcome.hidden = false;
+      if (look) look.disabled = false;
+    });
   }
 
   /** @param {Record<string, string | number>[]} edits */
   async function ask(edits) {
     const buttons = again ? [button, again] : [button];
     await attempt(buttons, box, async () => {
-      const goals = boxes.filter((one) => one.checked).map((one) => one.value);
-      await post(path, goals.length ? { edits, goals } : { edits });
+      await post(path, asked(edits));
       for (const one of buttons) one.disabled = false;
     });
     refresh();
