@@ -30,6 +30,7 @@ from app.api.recordings import recorded_bodies
 from app.core import Core
 from app.domain.mission_organiser import Margin
 from app.domain.world_model.senses import restricted_senses
+from app.missions.better_plans import BetterPlans
 from app.missions.dialogues import DialogueService
 from app.missions.dispatch import ScriptDispatcher
 from app.missions.embodiments import EmbodimentService
@@ -92,6 +93,7 @@ from app.workflows import (
     PLANNING,
     QUEUES,
     RECOVER_MISSION,
+    SEEK_BETTER_PLANS,
     WAITING,
     Queue,
     Workflows,
@@ -302,11 +304,26 @@ class Service:
         )
         proposals = Proposals(core, clocks=self.clocks)
         self._waiting_goals = WaitingGoals(core, clocks=self.clocks)
-        self.out_of_service = OutOfService(core, clocks=self.clocks, waiting=self._waiting_goals)
+        repairs = RepairTasks(
+            core, problems=problems, limits=limits, clocks=self.clocks, tenders=self.tenders
+        )
+        self.replanning = MissionReplanning(
+            core,
+            problems=problems,
+            tasks=repairs,
+            worker=self._worker,
+            waiting=self._waiting_goals,
+            clocks=self.clocks,
+        )
+        self._better_plans = BetterPlans(core, replanning=self.replanning)
+        self.out_of_service = OutOfService(
+            core, clocks=self.clocks, waiting=self._waiting_goals, better_plans=self._better_plans
+        )
         self.worlds.numbers_corrected.append(self._waiting_goals.release)
         self.holds = HoldService(core, worlds=self._files, clocks=self.clocks, waiting=self._waiting_goals)
         self._files.removed.append(self.holds.forget)
         self.board.became_available.append(self._waiting_goals.robot_available)
+        self.board.became_available.append(self._better_plans.robot_available)
         self.board.unavailability_changed.append(self._waiting_goals.unavailability_changed)
         self._goal_planning = GoalPlanningJob(
             core,
@@ -329,9 +346,6 @@ class Service:
             limits=limits,
             at_most=settings.joint_goals,
         )
-        repairs = RepairTasks(
-            core, problems=problems, limits=limits, clocks=self.clocks, tenders=self.tenders
-        )
         self._recovery = RecoveryJob(
             core,
             tasks=repairs,
@@ -350,14 +364,6 @@ class Service:
             core, problems=problems, proposals=proposals, worker=self._worker, limits=limits
         )
         self.missions = MissionService(core)
-        self.replanning = MissionReplanning(
-            core,
-            problems=problems,
-            tasks=repairs,
-            worker=self._worker,
-            waiting=self._waiting_goals,
-            clocks=self.clocks,
-        )
         self.explanations = Explanations(core, problems=problems, worker=self._worker, limits=limits)
         self.export = PlanExport(core, problems=problems)
         self.plan_bids = PlanBids(core, speech=self.speech, worlds=self._files, calls=calls)
@@ -494,6 +500,7 @@ class Service:
             _call_all,
             (
                 partial(self._waiting_goals.handle_availability, name),
+                partial(self._better_plans.follow, name),
                 partial(self._follow_record, name),
                 partial(self._record_impersonations, name),
             ),
@@ -698,6 +705,7 @@ class Service:
         workflows.register(PLAN_GOAL, self._goal_planning.run, makes_room_in=planning)
         workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run, makes_room_in=planning)
         workflows.register(RECOVER_MISSION, self._recovery.run, makes_room_in=planning)
+        workflows.register(SEEK_BETTER_PLANS, self._better_plans.run, makes_room_in=planning)
         plan_waiting = partial(
             self._waiting_goals.run, plan=self._goal_planning.run, together=self._joint_goals.plan
         )

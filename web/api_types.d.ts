@@ -384,6 +384,8 @@ interface Mission {
   /** How many its packets have brought. */
   results?: number;
   progress?: ScriptProgress[];
+  /** What planning it again would save, since a robot became available. */
+  better_plan?: { made_at_s: number; ends_in_s: number; saves_s: number; robots: string[] } | null;
   /** Goals that waited and that it carries out beside its own. */
   joined_goals?: string[];
   recovery?: { policy: string; step: string | null; attempts: RecoveryAttempt[] };

@@ -220,6 +220,17 @@ class ContradictionBody(BaseModel):
     detail: str
 
 
+class BetterPlanBody(BaseModel):
+    """What planning a mission again would have saved when it was last looked at, because a robot became available."""
+
+    made_at_s: float = Field(description="when that was, world's clock")
+    ends_in_s: float = Field(description="when all its goals would have been true, from then")
+    saves_s: float = Field(
+        description="by how much sooner it would have ended, the stop of its robots counted"
+    )
+    robots: list[str]
+
+
 class MissionBody(BaseModel):
     id: str
     goal_id: str
@@ -245,6 +256,10 @@ class MissionBody(BaseModel):
     created_at: str
     joined_goals: list[str] = Field(
         default=[], description="goals that waited and that it carries out beside its own, or has"
+    )
+    better_plan: BetterPlanBody | None = Field(
+        default=None,
+        description="of the plan that it carries out now; `:replan` has it made. null: none that is worth it is known",
     )
     contradictions: list[ContradictionBody] = Field(
         default=[],
@@ -301,7 +316,11 @@ class MissionPreviewBody(BaseModel):
 
 
 MISSION_FIELDS = tuple(MissionBody.model_fields)
-_PLAIN = tuple(name for name in MISSION_FIELDS if name not in ("reason", "recovery", "progress", "earlier"))
+_PLAIN = tuple(
+    name
+    for name in MISSION_FIELDS
+    if name not in ("reason", "recovery", "progress", "earlier", "better_plan")
+)
 
 
 def mission_document(row: MissionRow, scripts: Sequence[ScriptRow]) -> dict[str, Any]:
@@ -320,8 +339,18 @@ def mission_document(row: MissionRow, scripts: Sequence[ScriptRow]) -> dict[str,
         "recovery": recovery,
         "progress": _progress([script for script in scripts if script.plan_id == row.plan_id]),
         "earlier": _progress([script for script in scripts if script.plan_id != row.plan_id]),
+        "better_plan": _better_plan(row),
     }
     return {name: known[name] for name in MISSION_FIELDS}
+
+
+def _better_plan(row: MissionRow) -> dict[str, Any] | None:
+    """The better plan that is known of a mission under way; None if it is of an earlier plan, or being made."""
+    known = row.better_plan
+    is_of_present = known is not None and known["plan_id"] == row.plan_id and row.replanning is None
+    if known is None or not is_of_present or row.ended_at_s is not None:
+        return None
+    return {name: known[name] for name in BetterPlanBody.model_fields}
 
 
 def _progress(scripts: Sequence[ScriptRow]) -> list[dict[str, Any]]:

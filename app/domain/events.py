@@ -318,6 +318,14 @@ class MissionReplanRequested(MissionEvent, type="mission.replan_requested"):
     goals: tuple[str, ...]
 
 
+class MissionBetterPlanFound(MissionEvent, type="mission.better_plan_found"):
+    """Planned again now, the mission would end sooner; it goes on with its present plan."""
+
+    ends_in_s: float | None
+    saves_s: float
+    robots: tuple[str, ...]
+
+
 class MissionRecoverySet(MissionEvent, type="mission.recovery_set"):
     """An operator has changed the mission's recovery policy."""
 

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 from app.core import Core
 from app.domain.errors import Conflict
 from app.domain.events import RobotBroughtBack, RobotTakenOutOfService
+from app.missions.better_plans import BetterPlans
 from app.planning.waiting_goals import WaitingGoals
 from app.store import OutOfServiceRow
 from robots.clock import Clock
@@ -22,12 +23,22 @@ FAILING = "recovery"
 class OutOfService:
     """Takes robots out of service and brings them back; of a group all or none."""
 
-    def __init__(self, core: Core, *, clocks: Mapping[str, Clock], waiting: WaitingGoals) -> None:
-        """:param clocks: the worlds' clocks by the world's name."""
+    def __init__(
+        self,
+        core: Core,
+        *,
+        clocks: Mapping[str, Clock],
+        waiting: WaitingGoals,
+        better_plans: BetterPlans | None = None,
+    ) -> None:
+        """:param clocks: the worlds' clocks by the world's name.
+        :param better_plans: None: none are sought when robots are back.
+        """
         self._database = core.database
         self._events = core.events
         self._clocks = clocks
         self._waiting = waiting
+        self._better_plans = better_plans
 
     def take_out(self, robots: Sequence[tuple[str, str]], *, actor: str, reason: str) -> None:
         """Have the robots no longer recruited; for one that is out of service already the reason is replaced.
@@ -76,3 +87,5 @@ class OutOfService:
             session.flush()
             for world in sorted({world for world, _ in robots}):
                 self._waiting.release(session, world)
+                if self._better_plans is not None:
+                    self._better_plans.seek(session, world)

@@ -65,6 +65,7 @@ class RepairTasks:
         pins: Pins = (),
         joining: Sequence[str] = (),
         is_thorough: bool = False,
+        runs_on: bool = False,
     ) -> RepairTask:
         """
         :param goal: the mission's own.
@@ -73,6 +74,7 @@ class RepairTasks:
         :param pins: beside what its present plan keeps to.
         :param joining: further goals that it is to be for, by id.
         :param is_thorough: see `planner.repair.repair`.
+        :param runs_on: its robots go on, and what is under way is to end.
         """
         built = self._problems.build(session, goal, joining=joining).without({*without.robots, *failing})
         plan = session.get_one(PlanRow, mission.plan_id)
@@ -96,7 +98,7 @@ class RepairTasks:
             plan_net=net,
             problem=replace(built.problem, facts=without.remove_from(built.problem.facts)),
             request=request,
-            progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s),
+            progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s, runs_on=runs_on),
             is_thorough=is_thorough,
         )
         return RepairTask(

@@ -46,6 +46,7 @@ MAX_CONCURRENT = 4
 class MissionPreview:
     """What would come of having a mission planned again now, its robots stopped where they are.
 
+    :param plan_id: the plan that is carried out.
     :param reason: why there is no plan; empty if there is one. Without one, the numbers are None and the rest is empty.
     :param ends_in_s: when all goals would be true, from now, world seconds.
     :param expected_in_s: when the mission is expected to end by its present plan, from now; None before it has begun.
@@ -55,6 +56,7 @@ class MissionPreview:
     :param unkept: what the plan does not keep to of the edits, in words.
     """
 
+    plan_id: str
     made_at_s: float
     reason: str = ""
     ends_in_s: float | None = None
@@ -153,9 +155,17 @@ class MissionReplanning:
             return with_scripts(session, mission)
 
     def preview(
-        self, mission_id: str, edits: Sequence[PlanEdit], *, goals: Sequence[str] = ()
+        self,
+        mission_id: str,
+        edits: Sequence[PlanEdit],
+        *,
+        goals: Sequence[str] = (),
+        priority: Priority = Priority.EXPLANATION,
     ) -> MissionPreview:
-        """What would come of `replan` now; the robots go on meanwhile. Actions under way count as not done.
+        """What would come of `replan` now; the robots go on meanwhile.
+
+        Actions under way are taken to go on from where robots are, as after a stop; with edits, which may be about
+        them, they count as not done.
 
         :raises Conflict, Invalid, NotFound: as `replan`.
         :raises Busy: if too many previews are being made, or no planning process is free in time.
@@ -165,7 +175,7 @@ class MissionReplanning:
         if not self._slots.acquire(blocking=False):
             raise Busy(f"{MAX_CONCURRENT} previews are being made; ask again later", code="busy")
         try:
-            return self._preview_of(previewed, self._plan(previewed))
+            return self._preview_of(previewed, self._plan(previewed, priority))
         finally:
             self._slots.release()
 
@@ -184,6 +194,7 @@ class MissionReplanning:
             pins=pins,
             joining=[goal.id for goal in joining],
             is_thorough=True,
+            runs_on=not pins,
         )
         request = replace(
             task.work.request, time_limit_s=min(task.work.request.time_limit_s, PREVIEW_LIMIT_S)
@@ -231,13 +242,9 @@ class MissionReplanning:
         net = self._plan_nets.of(session, plan.id)
         return self._problems.pins(edits, net, pinned.problem, world=mission.world)
 
-    def _plan(self, previewed: _Previewed) -> WorkResult[Solutions]:
+    def _plan(self, previewed: _Previewed, priority: Priority) -> WorkResult[Solutions]:
         task = previewed.task
-        job = Job(
-            world=previewed.world,
-            priority=Priority.EXPLANATION,
-            is_large=previewed.is_large,
-        )
+        job = Job(world=previewed.world, priority=priority, is_large=previewed.is_large)
         try:
             result = self._worker.do(
                 work_of(task, self._knowledge_base), task.time_limit_s, _Deadline(self._clock), job
@@ -251,7 +258,10 @@ class MissionReplanning:
         if result.answer is None or net is None:
             why = result.waits_for.reason if result.waits_for else result.why
             return MissionPreview(
-                made_at_s=previewed.made_at_s, expected_in_s=previewed.expected_in_s, reason=why
+                plan_id=previewed.task.replaces.plan_id,
+                made_at_s=previewed.made_at_s,
+                expected_in_s=previewed.expected_in_s,
+                reason=why,
             )
         repair = result.answer[0].repair
         ends_s = {action.id: action.earliest_end_s for action in net.actions}
@@ -260,6 +270,7 @@ class MissionReplanning:
             symbolic(goal, self._knowledge_base) for goal in unkept_pins(net, problem, self._knowledge_base)
         }
         return MissionPreview(
+            plan_id=previewed.task.replaces.plan_id,
             made_at_s=previewed.made_at_s,
             ends_in_s=max(ends_s.values(), default=0.0),
             expected_in_s=previewed.expected_in_s,

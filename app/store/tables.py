@@ -375,7 +375,8 @@ class MissionRow(Base):
     `plan_id` is its current plan, `revision` counts its plans and `revised_at_s` is when it got the current one, if not
     the first. `recovery` is the recovery policy, `recovery_step` the current step, `tries_left` the number of tries
     left, `attempts` the recovery attempts with their outcomes; `stopped_for`: why its robots were stopped, in words, if
-    none of them had failed; `replanning`, `joined_goals`: see `app.domain.lifecycles.recovery`. `contradictions` in its
+    none of them had failed; `replanning`, `joined_goals`: see `app.domain.lifecycles.recovery`; `better_plan`: what
+    planning it again would save, see `app.missions.better_plans`. `contradictions` in its
     robots' reports: see `app.domain.contradictions`. `workflow` is the id of its current workflow, `results` the number
     of its results. `delegate`: robots in the field may put legs of their scripts to each other.
     """
@@ -406,6 +407,7 @@ class MissionRow(Base):
     stopped_for: Mapped[str] = mapped_column(default="")
     replanning: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     joined_goals: Mapped[list[Any]] = mapped_column(default=list, server_default="[]")
+    better_plan: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     recovery: Mapped[str] = mapped_column(default="never")
     recovery_step: Mapped[str | None]
     tries_left: Mapped[int] = mapped_column(default=0)

@@ -15,6 +15,7 @@ from app.workflows.queues import (
     PLANNING,
     QUEUES,
     RECOVER_MISSION,
+    SEEK_BETTER_PLANS,
     WAITING,
     Queue,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "PLAN_WAITING",
     "QUEUES",
     "RECOVER_MISSION",
+    "SEEK_BETTER_PLANS",
     "WAITING",
     "Queue",
     "StepFailed",

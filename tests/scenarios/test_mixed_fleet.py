@@ -145,5 +145,5 @@ def begun(api: TestClient, text: str) -> str:
 def completed(api: TestClient, mission: str) -> dict[str, Any]:
     """The mission, once it has reached its goal."""
     ended = in_state(api, f"/v1/missions/{mission}", *ENDED, within_s=120)
-    assert ended["state"] == "completed", ended
+    assert ended["state"] == "completed", ended["reason"]
     return ended

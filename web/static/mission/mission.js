@@ -92,10 +92,19 @@ function drawHead(node, mission, problem, { refresh, replay }) {
     ),
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
     mission.joined_goals?.length ? el("p", { class: "small", "data-testid": "joined-goals" }, `also carries out ${mission.joined_goals.join(", ")}`) : null,
+    betterPlan(mission, problem, refresh),
     recovery(mission),
     hasEnded ? null : policyChoice(mission, problem, refresh),
   );
   if (focused) /** @type {HTMLElement | null} */ (node.querySelector(`[data-testid="${focused}"]`))?.focus({ preventScroll: true });
+}
+
+/** An offer to plan the mission again, since a robot became available. @param {Mission} mission @param {Element} problem @param {() => void} refresh @returns {Child} */
+function betterPlan(mission, problem, refresh) {
+  const offer = mission.better_plan;
+  if (!offer) return null;
+  const offered = `With a robot that became available it would end about ${seconds(offer.saves_s)} sooner: ${offer.robots.join(", ")}. Its robots stop for it.`;
+  return el("div", { class: "note row", "data-testid": "better-plan" }, el("span", {}, offered), commandButton("Plan again", `/v1/missions/${id(mission.id)}:replan`, problem, refresh, { "data-testid": "take-better-plan" }));
 }
 
 /** @param {Mission} mission @param {Element} problem @param {() => void} refresh @returns {Child} */
