@@ -36,6 +36,7 @@ from planner.plan_nets.plan_net import (
 from planner.plan_nets.synchronisation import awaits_of, keep_in_step
 from planner.plan_nets.validation import faults_of
 from planner.problem.interface import (
+    KEPT_S,
     UNOBSERVED,
     Access,
     Crossing,
@@ -56,6 +57,7 @@ from planner.up_registration import register_with_unified_planning
 __all__ = [
     "GOAL",
     "INITIAL",
+    "KEPT_S",
     "TEAM_SEPARATOR",
     "UNOBSERVED",
     "Access",

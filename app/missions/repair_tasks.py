@@ -20,7 +20,8 @@ from app.planning.pool.work import RepairWork
 from app.planning.problem_builder import ProblemBuilder
 from app.planning.tenders import Tenders
 from app.store import GoalRow, MissionRow, PlanRow, ScriptRow
-from planner import Fact
+from planner import KEPT_S, Fact
+from planner.repair import KEPT_ON_REQUEST_S
 from robots.clock import Clock
 
 
@@ -100,6 +101,7 @@ class RepairTasks:
             request=request,
             progress=progress_of(mission, scripts, net, without=without.robots, now_s=now_s, runs_on=runs_on),
             is_thorough=is_thorough,
+            stability_s=KEPT_ON_REQUEST_S if is_thorough and not pins else KEPT_S,
         )
         return RepairTask(
             problem=built,

@@ -12,10 +12,11 @@ from planner.repair.pins import (
     unkept_pins,
     without_hopeless_pins,
 )
-from planner.repair.plan_repair import Course, Repair, repair
+from planner.repair.plan_repair import KEPT_ON_REQUEST_S, Course, Repair, repair
 from planner.repair.remaining import NOT_BEGUN, MissionProgress, Remaining
 
 __all__ = [
+    "KEPT_ON_REQUEST_S",
     "NOT_BEGUN",
     "CannotPin",
     "Course",

@@ -38,6 +38,9 @@ OWN_NAME = "repair"
 EXPECTED_CHANGED_SHARE = 0.5
 """Expected share of the kept actions that replanning would change (our choice). A repair whose makespan is longer by
 no more than these actions are worth is accepted without replanning."""
+KEPT_ON_REQUEST_S = 1.0
+"""Seconds of makespan that a kept action is worth where an operator asks for a better plan: the robots have stopped and
+get new scripts anyway, and a saving is what is asked for."""
 EXTRA_ATTEMPT_S = 1.0
 EXTRA_ATTEMPT_FACTOR = 2.0
 """Time limit of a further attempt: this many seconds plus this factor times the time needed so far."""

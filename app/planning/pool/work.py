@@ -11,6 +11,7 @@ from typing import Generic, TypeAlias, TypeVar
 from app.domain.blockers import Blockers
 from app.domain.goal_language.conflict_set import ConstraintConflict
 from planner import (
+    KEPT_S,
     Fact,
     Forecast,
     KnowledgeBase,
@@ -102,7 +103,7 @@ class RepairWork:
     If there is no plan with all that is awarded or pinned, it no longer counts for the goals that it leaves no way to;
     if there is no plan with the rest either, none of it does, orders included.
 
-    :param is_thorough: see `planner.repair.repair`.
+    :param is_thorough: see `planner.repair.repair`; likewise `stability_s`.
     """
 
     knowledge_base: KnowledgeBase
@@ -111,6 +112,7 @@ class RepairWork:
     request: PlanningRequest
     progress: MissionProgress = field(default=NOT_BEGUN)
     is_thorough: bool = False
+    stability_s: float = KEPT_S
 
     def __call__(self, engine: PlanningEngine, observer: Observer) -> WorkResult[Solutions]:
         problem = self.problem
@@ -134,6 +136,7 @@ class RepairWork:
             self.progress,
             self.request,
             observer,
+            stability_s=self.stability_s,
             is_thorough=self.is_thorough,
         )
 

@@ -14,6 +14,7 @@ from planner.engines.hierarchical.legs.goal_groups import Goals, Group, Groups
 from planner.engines.hierarchical.legs.leg import ClassifiedProblem
 from planner.engines.hierarchical.legs.setups import ReturnHome
 from planner.fact import Fact
+from planner.knowledge import GroundAction
 from planner.plan_nets.extraction import fault_of
 
 
@@ -95,20 +96,79 @@ class BlockingTasks:
 
     def _straight(self, task: Group, tasks: Sequence[Group], things: Sequence[Group]) -> Sequence[Fragment]:
         """The task's fragments from the initial facts, or from those after agents have brought what they hold to its
-        goals, if only those leave the others' things alone.
+        goals, and others what can be brought then, if only those leave the others' things alone.
 
-        From the facts of a mission under way nobody may have its hands free; to put everything down first is a long
-        search, for what scheduling does better: an agent turns to another task once its own is done.
+        From the facts of a mission under way nobody may have its hands free, or what others are to fetch lies in
+        between; to put everything aside first is a long search, for what scheduling does better: an agent turns to
+        another task once its own is done.
         """
-        held = {one: one.goals for one in tasks if one.goals and one != task and self._groups.is_held(one)}
-        if held and not self._groups.is_held(task):
-            near = self._find(self._facts, task.goals, levels=SMALLEST_WORLD_ONLY)
-            if all(self._groups.moved(one.actions, things) for one in near):
-                brought = self._cleared(held, [task, *things])
-                after = () if brought is None else self._find(brought, task.goals)
-                if any(not self._groups.moved(one.actions, things) for one in after):
-                    return after
+        others = [one for one in tasks if one.goals and one != task]
+        held = [one for one in others if self._groups.is_held(one)]
+        near = self._find(self._facts, task.goals, levels=SMALLEST_WORLD_ONLY)
+        moved = [self._groups.moved(one.actions, things) for one in near]
+        if all(moved) and (held or self._groups.is_held(task) or self._are_passed(task, moved)):
+            after_held = self._brought(self._facts, held, [task, *things])
+            after_all = self._brought(after_held, others, [task, *things])
+            for levels in (SMALLEST_WORLD_ONLY, ALL_LEVELS):
+                for facts in (after_held, after_all):
+                    found = self._find(facts, task.goals, levels=levels)
+                    if any(not self._groups.moved(one.actions, things) for one in found):
+                        return found
         return self._find(self._facts, task.goals)
+
+    def _are_passed(self, task: Group, moved: Sequence[Sequence[Group]]) -> bool:
+        """True if fragments move only things that do not lie at the task's goals, but on the way; or there are none.
+
+        :param moved: the groups that each fragment moves.
+        """
+        beside = self._groups.linked_by_fluents(task)
+        return all(beside.isdisjoint(group.things) for groups in moved for group in groups)
+
+    def _brought(
+        self, facts: frozenset[Fact], groups: Sequence[Group], things: Sequence[Group]
+    ) -> frozenset[Fact]:
+        """The facts once those of the groups are at their goals that can be brought there without moving others, those
+        brought first making way for the rest. What agents hold that cannot is put down on its way.
+        """
+        waiting = [group for group in groups if self._groups.is_open(group, facts)]
+        held = [group for group in waiting if self._groups.is_held(group)]
+        while waiting:
+            carried = [one for one in held if one in waiting]
+            way = self._way(facts, waiting, things, SMALLEST_WORLD_ONLY) or self._way(facts, carried, things)
+            if way is not None:
+                waiting.remove(way[0])
+            elif (way := self._way_down(facts, carried)) is not None:
+                held.remove(way[0])
+            else:
+                break
+            facts = self._return_home.after(facts, way[1])
+        return facts
+
+    def _way(
+        self,
+        facts: frozenset[Fact],
+        groups: Sequence[Group],
+        things: Sequence[Group],
+        levels: int = ALL_LEVELS,
+    ) -> tuple[Group, Sequence[GroundAction]] | None:
+        """The first of the groups that can be brought to its goals without moving others, and how."""
+        for group in groups:
+            others = [each for each in things if each != group]
+            for way in self._find(facts, group.goals, levels=levels):
+                if not self._groups.moved(way.actions, others):
+                    return group, way.actions
+        return None
+
+    def _way_down(
+        self, facts: frozenset[Fact], groups: Sequence[Group]
+    ) -> tuple[Group, Sequence[GroundAction]] | None:
+        """The first of these groups, which agents hold, that can be put down on its way, and how."""
+        for group in groups:
+            for way in self._find(facts, group.goals):
+                actions = self._groups.putting_down(way.actions, group)
+                if actions and fault_of(actions, facts, ()) is None:
+                    return group, actions
+        return None
 
     def _guessed(
         self, task: Group, things: Sequence[Group]

@@ -95,11 +95,25 @@ class Groups:
 
     def put_aside(self, actions: Sequence[GroundAction], group: Group) -> Goals:
         """Where the actions first release a group's things: facts about these and no agent; () if nowhere."""
+        return self._put_down(actions, group)[1]
+
+    def putting_down(self, actions: Sequence[GroundAction], group: Group) -> Sequence[GroundAction]:
+        """What those that hold a group's things do of the actions until they release these; () if they never do."""
+        facts = [fact for thing in group.things for fact in self._about.get(thing, ())]
+        holding = {agent for fact in facts for agent in self._classified.agents_of(fact)}
+        return [
+            action
+            for action in actions[: self._put_down(actions, group)[0]]
+            if holding.issuperset(action.agents)
+        ]
+
+    def _put_down(self, actions: Sequence[GroundAction], group: Group) -> tuple[int, Goals]:
+        """How many actions there are until they first release a group's things, and where; 0 and () if nowhere."""
         at_first = here = frozenset(fact for thing in group.things for fact in self._about.get(thing, ()))
-        for action in actions:
+        for number, action in enumerate(actions, 1):
             here = here - set(action.deletes) | {
                 fact for fact in action.effects if not group.things.isdisjoint(fact.args)
             }
             if here != at_first and not any(self._classified.agents_of(fact) for fact in here):
-                return tuple(sorted(here - at_first))
-        return ()
+                return number, tuple(sorted(here - at_first))
+        return 0, ()
