@@ -15,11 +15,11 @@ import random
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from statistics import mean, median
 
 from benchmarks.planner.instances import FAMILIES
-from benchmarks.planner.scheduled_progress import as_scheduled
+from benchmarks.planner.scheduled_progress import after
 from planner import (
     GOAL,
     INITIAL,
@@ -102,19 +102,6 @@ def edits_of(
             except CannotPin:
                 continue
             break
-
-
-def after(plan: PlanNet, problem: PlanningProblem, share: float) -> tuple[PlanningProblem, MissionProgress]:
-    """A plan's problem once so much of its time is over and all that has begun has ended, and how far the plan is."""
-    if not share:
-        return problem, NOT_BEGUN
-    elapsed_s = min(
-        one.earliest_end_s for one in plan.actions if one.earliest_end_s >= share * plan.makespan_s
-    )
-    facts, progress = as_scheduled(plan, problem.facts, elapsed_s)
-    done = progress.done.union(progress.under_way)
-    brought = {fact for name in progress.under_way for fact in plan.action(name).effects}
-    return replace(problem, facts=facts | brought), MissionProgress(done=done, elapsed_s=elapsed_s)
 
 
 def measured(

@@ -1,7 +1,9 @@
 """How far a plan-net has been carried out at a time if everything goes as scheduled."""
 
-from planner import Fact, PlanNet
-from planner.repair import MissionProgress
+from dataclasses import replace
+
+from planner import Fact, PlanNet, PlanningProblem
+from planner.repair import NOT_BEGUN, MissionProgress
 
 
 def as_scheduled(
@@ -22,3 +24,16 @@ def as_scheduled(
             done.add(action.id)
             del under_way[action.id]
     return frozenset(state), MissionProgress(done=frozenset(done), under_way=under_way, elapsed_s=elapsed_s)
+
+
+def after(plan: PlanNet, problem: PlanningProblem, share: float) -> tuple[PlanningProblem, MissionProgress]:
+    """A plan's problem once so much of its time is over and all that has begun has ended, and how far the plan is."""
+    if not share:
+        return problem, NOT_BEGUN
+    elapsed_s = min(
+        one.earliest_end_s for one in plan.actions if one.earliest_end_s >= share * plan.makespan_s
+    )
+    facts, progress = as_scheduled(plan, problem.facts, elapsed_s)
+    done = progress.done.union(progress.under_way)
+    brought = {fact for name in progress.under_way for fact in plan.action(name).effects}
+    return replace(problem, facts=facts | brought), MissionProgress(done=done, elapsed_s=elapsed_s)

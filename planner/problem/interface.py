@@ -119,6 +119,8 @@ class PlanningRequest:
     :param seed: same problem, request and machine-independent effort (`effort_s` None): same plan-net.
     :param like: a plan-net to keep to where that pays: each of its actions that another plan does not have counts as
         `KEPT_S` seconds of makespan. The hierarchical engine begins with it; others do not know it.
+    :param resumes: what is left of a plan under way is planned: things may lie where they are only passed on. Another
+        hint that the hierarchical engine uses.
     :param clock: what limits are measured by.
     """
 
@@ -128,6 +130,7 @@ class PlanningRequest:
     memory_limit_mb: int = 2048
     seed: int = 0
     like: PlanNet | None = None
+    resumes: bool = False
     clock: Clock = time.monotonic
 
     def timer(self) -> Timer:

@@ -126,7 +126,7 @@ def repair(
 
     def repaired(stated: PlanningProblem) -> Repair:
         remaining = Remaining(plan_net, stated, progress, knowledge_base)
-        left = replace(request, time_limit_s=max(timer.left_s, MIN_SHARE_S))
+        left = replace(request, time_limit_s=max(timer.left_s, MIN_SHARE_S), resumes=True)
         planner = TimeLimitedEngine(engine, left, observer)
         return _PlanRepair(planner, remaining, stability_s, replans=replans, is_thorough=is_thorough).run()
 

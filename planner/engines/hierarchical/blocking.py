@@ -48,7 +48,11 @@ PLACES = 40
 class BlockingTasks:
     """Finds the fragments of tasks that make way for each other."""
 
-    def __init__(self, classified: ClassifiedProblem, groups: Groups, find: FindFragments) -> None:
+    def __init__(
+        self, classified: ClassifiedProblem, groups: Groups, find: FindFragments, *, resumes: bool = False
+    ) -> None:
+        """:param resumes: see `PlanningRequest`."""
+        self._resumes = resumes
         self._problem = classified.problem
         self._facts = self._problem.facts
         self._groups = groups
@@ -104,25 +108,17 @@ class BlockingTasks:
         """
         others = [one for one in tasks if one.goals and one != task]
         held = [one for one in others if self._groups.is_held(one)]
-        near = self._find(self._facts, task.goals, levels=SMALLEST_WORLD_ONLY)
-        moved = [self._groups.moved(one.actions, things) for one in near]
-        if all(moved) and (held or self._groups.is_held(task) or self._are_passed(task, moved)):
-            after_held = self._brought(self._facts, held, [task, *things])
-            after_all = self._brought(after_held, others, [task, *things])
-            for levels in (SMALLEST_WORLD_ONLY, ALL_LEVELS):
-                for facts in (after_held, after_all):
-                    found = self._find(facts, task.goals, levels=levels)
-                    if any(not self._groups.moved(one.actions, things) for one in found):
-                        return found
+        if held or self._groups.is_held(task) or self._resumes:
+            near = self._find(self._facts, task.goals, levels=SMALLEST_WORLD_ONLY)
+            if all(self._groups.moved(one.actions, things) for one in near):
+                after_held = self._brought(self._facts, held, [task, *things])
+                after_all = self._brought(after_held, others, [task, *things])
+                for levels in (SMALLEST_WORLD_ONLY, ALL_LEVELS):
+                    for facts in (after_held, after_all):
+                        found = self._find(facts, task.goals, levels=levels)
+                        if any(not self._groups.moved(one.actions, things) for one in found):
+                            return found
         return self._find(self._facts, task.goals)
-
-    def _are_passed(self, task: Group, moved: Sequence[Sequence[Group]]) -> bool:
-        """True if fragments move only things that do not lie at the task's goals, but on the way; or there are none.
-
-        :param moved: the groups that each fragment moves.
-        """
-        beside = self._groups.linked_by_fluents(task)
-        return all(beside.isdisjoint(group.things) for groups in moved for group in groups)
 
     def _brought(
         self, facts: frozenset[Fact], groups: Sequence[Group], things: Sequence[Group]

@@ -169,7 +169,7 @@ class _Run:
                     found = known(driving).alternatives(goals, levels=levels, is_over=is_over)
             return found
 
-        finder = TaskFinder(self._classified, find)
+        finder = TaskFinder(self._classified, find, resumes=self._request.resumes)
         if self._request.effort_s != 0.0:
             self.bound_s = lower_bound_s(self._base, problem)
         sequence: Sequence[GroundAction] | None = None

@@ -49,14 +49,15 @@ class Arranged:
 class TaskFinder:
     """Splits a problem's goals into tasks and finds their fragments."""
 
-    def __init__(self, classified: ClassifiedProblem, find: FindFragments) -> None:
+    def __init__(self, classified: ClassifiedProblem, find: FindFragments, *, resumes: bool = False) -> None:
+        """:param resumes: see `PlanningRequest`."""
         self._problem = classified.problem
         self._classified = classified
         self._groups = Groups(classified)
         self._find = find
         self.interacts = False
         """Some tasks are known to block each other."""
-        self._blocking = BlockingTasks(classified, self._groups, find)
+        self._blocking = BlockingTasks(classified, self._groups, find, resumes=resumes)
 
     def rearranged(self) -> Arranged | None:
         """The tasks ordered by the rooms that their things leave and take up; None if there is no such order, or
