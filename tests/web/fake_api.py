@@ -246,7 +246,7 @@ def add_missions(app: FastAPI, service: FakeService) -> None:
             return JSONResponse(problem, 409, media_type="application/problem+json")
         if verb == "replan":
             asked = body or {}
-            service.asked = [*asked["edits"], *({"joins": one} for one in asked.get("goals", ()))]
+            service.asked = [*asked.get("edits", ()), *({"joins": one} for one in asked.get("goals", ()))]
         states = {"pause": "paused", "resume": "running", "cancel": "cancelled", "replan": "recovering"}
         service.missions[mission_id]["state"] = states[verb]
         service.publish(f"mission.{states[verb]}", mission_id)

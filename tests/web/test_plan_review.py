@@ -273,6 +273,18 @@ def test_goals_that_wait_are_carried_out_by_a_mission_that_is_planned_again(
     expect(plan.get_by_test_id("joined-goals")).to_have_text("also carries out goal-2")
 
 
+def test_a_mission_that_would_end_sooner_planned_again_says_so(plan: Page, service: FakeService) -> None:
+    service.approve("plan-1")
+    expect(plan.get_by_test_id("mission-state")).to_have_text("running")
+    expect(plan.get_by_test_id("better-plan")).to_have_count(0)
+    better = {"made_at_s": 5.0, "ends_in_s": 40.0, "saves_s": 42.0, "robots": ["yard_1", "yard_2"]}
+    service.missions["mission-1"] |= {"better_plan": better}
+    service.publish("mission.better_plan_found", "mission-1")
+    expect(plan.get_by_test_id("better-plan")).to_contain_text("about 42.0 s sooner: yard_1, yard_2")
+    plan.get_by_test_id("take-better-plan").click()
+    expect(plan.get_by_test_id("mission-state")).to_have_text("recovering")
+
+
 def test_the_plan_of_a_mission_that_has_ended_is_not_changed(plan: Page, service: FakeService) -> None:
     service.approve("plan-1")
     expect(plan.get_by_test_id("edit")).to_be_visible()

@@ -11,6 +11,7 @@ import { ENDED, elapsed, silences } from "./timing.js";
 /** @typedef {{refresh: () => void, replay: (mission: Mission) => Promise<unknown>}} Actions */
 
 const fetchResults = part(() => import("./results.js"), "results");
+const fetchBeside = part(() => import("./beside.js"));
 const fetchMessages = part(() => import("./messages.js"), "speech");
 
 /** @param {Store} store @param {Actions} actions */
@@ -78,6 +79,8 @@ function createMessages() {
 /** The mission's state and its commands; the command that has the focus keeps it. @param {Element} node @param {Mission} mission @param {Element} problem @param {Actions} actions */
 function drawHead(node, mission, problem, { refresh, replay }) {
   const hasEnded = ENDED.includes(mission.state);
+  const beside = mission.joined_goals?.length || mission.better_plan ? el("div") : null;
+  if (beside) fetchBeside().then((module) => module.showBeside(beside, mission, problem, refresh), (error) => show(beside, problemBox(error)));
   const focused = document.activeElement instanceof HTMLElement && node.contains(document.activeElement) ? document.activeElement.dataset.testid : undefined;
   replace(
     node,
@@ -91,20 +94,11 @@ function drawHead(node, mission, problem, { refresh, replay }) {
       hasEnded ? el("button", { "data-testid": "mission-replay", onclick: () => attempt([], problem, () => replay(mission)) }, "Replay") : controls(mission, problem, refresh),
     ),
     mission.reason ? el("p", { class: "note" }, mission.reason) : null,
-    mission.joined_goals?.length ? el("p", { class: "small", "data-testid": "joined-goals" }, `also carries out ${mission.joined_goals.join(", ")}`) : null,
-    betterPlan(mission, problem, refresh),
+    beside,
     recovery(mission),
     hasEnded ? null : policyChoice(mission, problem, refresh),
   );
   if (focused) /** @type {HTMLElement | null} */ (node.querySelector(`[data-testid="${focused}"]`))?.focus({ preventScroll: true });
-}
-
-/** An offer to plan the mission again, since a robot became available. @param {Mission} mission @param {Element} problem @param {() => void} refresh @returns {Child} */
-function betterPlan(mission, problem, refresh) {
-  const offer = mission.better_plan;
-  if (!offer) return null;
-  const offered = `With a robot that became available it would end about ${seconds(offer.saves_s)} sooner: ${offer.robots.join(", ")}. Its robots stop for it.`;
-  return el("div", { class: "note row", "data-testid": "better-plan" }, el("span", {}, offered), commandButton("Plan again", `/v1/missions/${id(mission.id)}:replan`, problem, refresh, { "data-testid": "take-better-plan" }));
 }
 
 /** @param {Mission} mission @param {Element} problem @param {() => void} refresh @returns {Child} */

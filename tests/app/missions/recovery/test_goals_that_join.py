@@ -108,7 +108,7 @@ def test_without_a_plan_for_it_the_goal_parts_and_the_mission_goes_on(
     assert ended["recovery"]["tries_left"] == 4
     parted = follow(f"/v1/goals/{goal}", "waiting")
     assert parted["joint_goal"] is None
-    assert parted["reason"].startswith("waits for store_1")
+    assert "store_1, which administrator took out of service" in parted["reason"]
 
 
 def test_a_plan_with_a_goal_waits_for_a_decision_and_once_rejected_the_goal_parts(
