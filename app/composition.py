@@ -705,7 +705,7 @@ class Service:
         workflows.register(PLAN_GOAL, self._goal_planning.run, makes_room_in=planning)
         workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run, makes_room_in=planning)
         workflows.register(RECOVER_MISSION, self._recovery.run, makes_room_in=planning)
-        workflows.register(SEEK_BETTER_PLANS, self._better_plans.run, makes_room_in=planning)
+        workflows.register(SEEK_BETTER_PLANS, self._better_plans.run)
         plan_waiting = partial(
             self._waiting_goals.run, plan=self._goal_planning.run, together=self._joint_goals.plan
         )

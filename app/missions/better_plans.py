@@ -13,9 +13,8 @@ from app.domain.ids import new_id
 from app.domain.lifecycles.mission import OPEN, MissionState, has_ended
 from app.missions.replanning import MissionPreview, MissionReplanning
 from app.planning.pool.waiting_line import Priority
-from app.planning.queueing import PlanningQueues
 from app.store import MissionRow
-from app.workflows import PLANNING, SEEK_BETTER_PLANS, step
+from app.workflows import BETTER_PLANS, SEEK_BETTER_PLANS, step
 
 STOP_S = 5.0
 """What the stop of a mission's robots costs, world seconds; it is counted against the better plan."""
@@ -33,7 +32,6 @@ class BetterPlans:
         self._database = core.database
         self._events = core.events
         self._workflows = core.workflows
-        self._queues = PlanningQueues(core.workflows)
         self._replanning = replanning
         self._has_available: set[str] = set()
         self._lock = Lock()
@@ -59,8 +57,7 @@ class BetterPlans:
     def seek(self, session: Session, world: str) -> None:
         """Look for better plans of the world's missions once the caller's transaction commits."""
         if session.scalar(_under_way(world).limit(1)) is not None:
-            rank = self._queues.rank(Priority.ALTERNATIVES, world)
-            self._workflows.start(session, PLANNING, SEEK_BETTER_PLANS, new_id("better"), world, rank=rank)
+            self._workflows.start(session, BETTER_PLANS, SEEK_BETTER_PLANS, new_id("better"), world)
 
     def run(self, world: str) -> None:
         """The workflow."""

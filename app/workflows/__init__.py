@@ -6,6 +6,7 @@ workflow is created, and is woken, by the transaction that makes it necessary.
 
 from app.workflows.engine import Workflows
 from app.workflows.queues import (
+    BETTER_PLANS,
     FIND_ALTERNATIVES,
     LARGE_PLANNING,
     MISSION_LIFE,
@@ -22,6 +23,7 @@ from app.workflows.queues import (
 from app.workflows.steps import StepFailed, current_workflow, or_give_up, sleep_until_woken, step
 
 __all__ = [
+    "BETTER_PLANS",
     "FIND_ALTERNATIVES",
     "LARGE_PLANNING",
     "MISSIONS",

@@ -17,7 +17,9 @@ PLANNING = Queue(name=PLANNING_QUEUE, at_once=4)
 LARGE_PLANNING = Queue(name="planning-large", at_once=2)
 WAITING = Queue(name="waiting", at_once=1)
 MISSIONS = Queue(name="missions", at_once=1000)
-QUEUES = (PLANNING, LARGE_PLANNING, WAITING, MISSIONS)
+BETTER_PLANS = Queue(name="better-plans", at_once=1)
+"""Apart from the queues of goals, which never wait for it."""
+QUEUES = (PLANNING, LARGE_PLANNING, WAITING, MISSIONS, BETTER_PLANS)
 
 PLAN_GOAL = "plan_goal"
 """Workflow: plan one goal."""
