@@ -259,6 +259,7 @@ def test_goals_that_wait_are_carried_out_by_a_mission_that_is_planned_again(
     expect(plan.get_by_test_id("edit").get_by_role("group")).to_contain_text("also carry out")
     plan.get_by_label("move sample_2 to bay_2").check()
     expect(plan.get_by_test_id("join-goal")).to_have_count(1)
+    plan.get_by_test_id("edit-action").select_option("a2")
     plan.get_by_test_id("preview").click()
     outcome = plan.get_by_test_id("preview-outcome")
     expect(outcome).to_contain_text("Without a change: ends in 20.0 s (by the present plan in 31.0 s)")
@@ -280,7 +281,7 @@ def test_a_mission_that_would_end_sooner_planned_again_says_so(plan: Page, servi
     better = {"made_at_s": 5.0, "ends_in_s": 40.0, "saves_s": 42.0, "robots": ["yard_1", "yard_2"]}
     service.missions["mission-1"] |= {"better_plan": better}
     service.publish("mission.better_plan_found", "mission-1")
-    expect(plan.get_by_test_id("better-plan")).to_contain_text("about 42.0 s sooner: yard_1, yard_2")
+    expect(plan.get_by_test_id("better-plan")).to_contain_text("about 42.0 s sooner, with yard_1, yard_2")
     plan.get_by_test_id("take-better-plan").click()
     expect(plan.get_by_test_id("mission-state")).to_have_text("recovering")
 

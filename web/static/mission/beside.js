@@ -13,8 +13,8 @@ export function showBeside(node, mission, problem, refresh) {
     goals.length > 0 && el("p", { class: "small", "data-testid": "joined-goals" }, `also carries out ${goals.join(", ")}`),
     better && el(
       "div",
-      { class: "note row", "data-testid": "better-plan" },
-      el("span", {}, `With a robot that became available it would end about ${seconds(better.saves_s)} sooner: ${better.robots.join(", ")}. Its robots stop for it.`),
+      { class: "note", "data-testid": "better-plan" },
+      el("p", { class: "small" }, `Planned again it would end about ${seconds(better.saves_s)} sooner, with ${better.robots.join(", ")}. Its robots stop for it.`),
       commandButton("Plan again", `/v1/missions/${id(mission.id)}:replan`, problem, refresh, { "data-testid": "take-better-plan" }),
     ),
   );

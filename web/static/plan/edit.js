@@ -37,6 +37,7 @@ export async function editForm(plan, state, refresh) {
   const change = el("select", { "aria-label": "Change", "data-testid": "edit-change", onchange: draw }, Object.entries(CHANGES).map(([value, { text }]) => el("option", { value }, text)));
   const value = el("span");
   const box = el("div", { role: "alert" });
+  let isChanged = false; // what is chosen at first is not meant
   const mission = plan.state === "approved" ? state.mission : null;
   const path = mission ? `/v1/missions/${id(mission.id)}:replan` : `/v1/plans/${id(plan.id)}:edit`;
   const hint = mission
@@ -51,7 +52,7 @@ export async function editForm(plan, state, refresh) {
   const joined = waiting.length > 0 && el("fieldset", {}, el("legend", { class: "small" }, "also carry out, of the goals that wait"), waiting.map((goal, n) => el("label", { class: "small" }, boxes[n], ` ${goal.text}`)));
   const form = el(
     "form",
-    { class: "edit", onsubmit: send },
+    { class: "edit", onsubmit: send, oninput: (/** @type {Event} */ event) => (isChanged ||= !boxes.some((one) => one === event.target)) },
     el("p", { class: "quiet small" }, hint),
     action,
     el("div", { class: "row" }, el("label", { class: "small" }, "what it is done for "), change, value),
@@ -92,7 +93,7 @@ export async function editForm(plan, state, refresh) {
     await attempt(look ? [look] : [], box, async () => {
       const at = `/v1/missions/${id(mission?.id ?? "")}:preview`;
       const plain = described("Without a change", await post(at, asked([])));
-      const changed = await post(at, asked(chosen())).then((found) => described("With this change", found), problemBox);
+      const changed = isChanged && await post(at, asked(chosen())).then((found) => described("With this change", found), problemBox);
       show(outcome, [plain, changed]);
       outcome.hidden = false;
       if (look) look.disabled = false;
