@@ -1,12 +1,14 @@
 """Looks for better plans of missions under way when a robot of their world becomes available, and tells operators."""
 
 from functools import partial
+from math import inf
 from threading import Lock
 
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.core import Core
+from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import MactaError
 from app.domain.events import MissionBetterPlanFound
 from app.domain.ids import new_id
@@ -21,6 +23,10 @@ STOP_S = 5.0
 MIN_SHARE = 0.1
 """The least share of the time until a mission's end that a better plan saves; less is not worth a decision."""
 
+AGAIN_AFTER_S = 60.0
+"""The least time between two looks at a world because robots became available there, wall-clock seconds: a robot may be
+in contact now and then only."""
+
 
 class BetterPlans:
     """Previews missions under way as they would be planned now, and records where that saves much of their time.
@@ -28,12 +34,14 @@ class BetterPlans:
     The mission goes on as it is: whether its robots are stopped for the better plan is the operator's decision.
     """
 
-    def __init__(self, core: Core, *, replanning: MissionReplanning) -> None:
+    def __init__(self, core: Core, *, replanning: MissionReplanning, clock: WallClock = SYSTEM_CLOCK) -> None:
         self._database = core.database
         self._events = core.events
         self._workflows = core.workflows
         self._replanning = replanning
+        self._clock = clock
         self._has_available: set[str] = set()
+        self._looked_at_s: dict[str, float] = {}
         self._lock = Lock()
 
     def robot_available(self, world: str) -> None:
@@ -42,16 +50,21 @@ class BetterPlans:
             self._has_available.add(world)
 
     def follow(self, world: str) -> None:
-        """Look for better plans in the world if a robot of it has become available."""
+        """Look for better plans in the world if a robot of it has become available, unless it was looked at just now."""
+        now_s = self._clock.monotonic_s()
         with self._lock:
-            if world not in self._has_available:
+            is_early = now_s < self._looked_at_s.get(world, -inf) + AGAIN_AFTER_S
+            if is_early or world not in self._has_available:
                 return
             self._has_available.discard(world)
+            self._looked_at_s[world] = now_s
         try:
             with self._database.write() as session:
                 self.seek(session, world)
         except BaseException:  # the database is away; the next call tries again
-            self.robot_available(world)
+            with self._lock:
+                self._has_available.add(world)
+                del self._looked_at_s[world]
             raise
 
     def seek(self, session: Session, world: str) -> None:

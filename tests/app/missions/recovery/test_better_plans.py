@@ -7,10 +7,11 @@ from fastapi.testclient import TestClient
 
 from app.composition import Service
 from app.missions import better_plans
-from app.missions.better_plans import MIN_SHARE, STOP_S, saving_s
+from app.missions.better_plans import AGAIN_AFTER_S, MIN_SHARE, STOP_S, BetterPlans, saving_s
 from app.missions.replanning import MissionPreview
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
+from tests.app.stepped_clock import SteppedClock
 from tests.databases import ON_BOTH
 from tests.waiting import ENDED, read_until, until
 
@@ -57,6 +58,25 @@ def test_a_better_plan_is_offered_and_made_only_if_the_operator_asks(
     assert api.get(mission).json()["better_plan"] is None
     ended = follow(mission, *ENDED)
     assert (ended["state"], ended["better_plan"]) == ("completed", None)
+
+
+def test_a_world_whose_robots_come_and_go_is_looked_at_once_a_minute(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = SteppedClock()
+    sought: list[str] = []
+    plans = BetterPlans(service.core, replanning=service.replanning, clock=clock)
+    monkeypatch.setattr(plans, "seek", lambda session, world: sought.append(world))
+    plans.follow("sample_store")
+    assert sought == [], "no robot became available"
+    for _ in range(3):
+        plans.robot_available("sample_store")
+        plans.follow("sample_store")
+    assert sought == ["sample_store"]
+    clock.advance(AGAIN_AFTER_S)
+    plans.follow("sample_store")
+    plans.follow("sample_store")
+    assert sought == ["sample_store"] * 2
 
 
 def preview(*, ends_in_s: float | None, expected_in_s: float | None) -> MissionPreview:
