@@ -50,7 +50,7 @@ class BetterPlans:
             self._has_available.add(world)
 
     def follow(self, world: str) -> None:
-        """Look for better plans in the world if a robot of it has become available, unless it was looked at just now."""
+        """Look for better plans in the world if a robot has become available there, unless it was done just now."""
         now_s = self._clock.monotonic_s()
         with self._lock:
             is_early = now_s < self._looked_at_s.get(world, -inf) + AGAIN_AFTER_S

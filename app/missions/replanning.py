@@ -24,7 +24,7 @@ from app.missions.mission_service import Mission, mission_row, refuse_ended, wit
 from app.missions.repair_tasks import RepairTask, RepairTasks
 from app.planning.job import permitted, work_of
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
-from app.planning.pool.process import Watch
+from app.planning.pool.process import Deadline
 from app.planning.pool.waiting_line import Job, Priority, is_large
 from app.planning.pool.work import Solutions, WorkResult
 from app.planning.problem_builder import GoalProblem, ProblemBuilder
@@ -247,7 +247,10 @@ class MissionReplanning:
         job = Job(world=previewed.world, priority=priority, is_large=previewed.is_large)
         try:
             result = self._worker.do(
-                work_of(task, self._knowledge_base), task.time_limit_s, _Deadline(self._clock), job
+                work_of(task, self._knowledge_base),
+                task.time_limit_s,
+                Deadline(self._clock, 2 * PREVIEW_LIMIT_S),
+                job,
             )
         except WorkerClosed:
             raise Busy("the service ends", code="busy") from None
@@ -283,17 +286,6 @@ class MissionReplanning:
             ),
             unkept=words_of(tuple(pin for pin in previewed.pins if pin.goal in unkept)),
         )
-
-
-class _Deadline(Watch):
-    """Cancels a preview that has to wait too long for a planning process."""
-
-    def __init__(self, clock: WallClock) -> None:
-        self._clock = clock
-        self._cancel_at_s = clock.monotonic_s() + 2 * PREVIEW_LIMIT_S
-
-    def is_cancelled(self) -> bool:
-        return self._clock.monotonic_s() > self._cancel_at_s
 
 
 def _refuse_to_replan(mission: MissionRow) -> None:

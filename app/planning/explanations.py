@@ -11,7 +11,7 @@ from app.domain.errors import NotFound
 from app.domain.explanation_document import ActionExplanationBody, ExplanationBody
 from app.planning.limits import PlanningLimits, PlanningWish
 from app.planning.pool.pool import PlanningWorker, WorkerClosed
-from app.planning.pool.process import Watch
+from app.planning.pool.process import Deadline
 from app.planning.pool.waiting_line import Job, Priority, is_large
 from app.planning.pool.work import ExplainWork
 from app.planning.problem_builder import ProblemBuilder
@@ -104,19 +104,8 @@ class Explanations:
         if not self._slots.acquire(blocking=False):
             return None
         try:
-            return self._worker.do(work, TIME_LIMIT_S, _Deadline(self._clock), job).answer
+            return self._worker.do(work, TIME_LIMIT_S, Deadline(self._clock, 2 * TIME_LIMIT_S), job).answer
         except WorkerClosed:
             return None
         finally:
             self._slots.release()
-
-
-class _Deadline(Watch):
-    """Cancels an explanation that has to wait too long for a planning process."""
-
-    def __init__(self, clock: WallClock) -> None:
-        self._clock = clock
-        self._cancel_at_s = clock.monotonic_s() + 2 * TIME_LIMIT_S
-
-    def is_cancelled(self) -> bool:
-        return self._clock.monotonic_s() > self._cancel_at_s

@@ -48,6 +48,18 @@ class Watch(Observer):
         """Called now and then while the work waits for a process; `what` says why."""
 
 
+class Deadline(Watch):
+    """Cancels work that has to wait too long for a process; a request waits for it."""
+
+    def __init__(self, clock: WallClock, within_s: float) -> None:
+        """:param within_s: wall-clock seconds from now."""
+        self._clock = clock
+        self._cancel_at_s = clock.monotonic_s() + within_s
+
+    def is_cancelled(self) -> bool:
+        return self._clock.monotonic_s() > self._cancel_at_s
+
+
 class ProcessDied(Exception):
     """Raised when the planning process has ended; the message names its exit code."""
 
