@@ -107,7 +107,7 @@ def missions_router(missions: MissionService, replanning: MissionReplanning) -> 
             *replanning.replan(mission_id, body.edits, ACTOR, body.comment, goals=body.goals)
         )
 
-    @router.post("/missions/{mission_id}:preview", responses=declared(409, 503))
+    @router.post("/missions/{mission_id}:preview", responses=declared(409, 429, 503))
     def preview_mission(mission_id: Id, body: Preview | None = None) -> MissionPreviewBody:
         """What would come of `:replan` now: when each goal would be true, and what becomes of the present plan. It is
         planned, in up to 10 s, and nothing is changed: the robots go on meanwhile."""

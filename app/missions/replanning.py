@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
-from app.domain.errors import Busy, Conflict, Invalid, unrecorded
+from app.domain.errors import Busy, Conflict, Invalid, Unavailable, unrecorded
 from app.domain.events import MissionReplanRequested
 from app.domain.goal_language.terms import GoalTerms
 from app.domain.lifecycles import goal as goal_lifecycle
@@ -168,12 +168,13 @@ class MissionReplanning:
         them, they count as not done.
 
         :raises Conflict, Invalid, NotFound: as `replan`.
-        :raises Busy: if too many previews are being made, or no planning process is free in time.
+        :raises Busy: if too many previews are being made.
+        :raises Unavailable: if the service ends meanwhile.
         """
         with self._database.read() as session:
             previewed = self._previewed(session, mission_id, edits, goals)
         if not self._slots.acquire(blocking=False):
-            raise Busy(f"{MAX_CONCURRENT} previews are being made; ask again later", code="busy")
+            raise Busy(f"{MAX_CONCURRENT} previews are being made; ask again later", code="too-many-previews")
         try:
             return self._preview_of(previewed, self._plan(previewed, priority))
         finally:
@@ -253,7 +254,7 @@ class MissionReplanning:
                 job,
             )
         except WorkerClosed:
-            raise Busy("the service ends", code="busy") from None
+            raise Unavailable("the service ends") from None
         return permitted(task.problem, result)
 
     def _preview_of(self, previewed: _Previewed, result: WorkResult[Solutions]) -> MissionPreview:

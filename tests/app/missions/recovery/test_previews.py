@@ -1,10 +1,17 @@
 """An operator looks at what would come of having a mission planned again, while its robots go on."""
 
+import threading
 from typing import Any
 
+import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import Service
+from app.missions import replanning
+from app.missions.replanning import MAX_CONCURRENT
+from app.planning.job import PlanningTask
+from app.planning.pool.work import Solutions, Work
+from planner import KnowledgeBase
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
 from tests.waiting import ENDED, until
@@ -109,3 +116,30 @@ def test_what_cannot_be_planned_again_cannot_be_previewed(
     api.post(f"{mission}:cancel").raise_for_status()
     follow(mission, *ENDED)
     assert "it cannot be planned again any longer" in refused(409)
+
+
+def test_only_so_many_previews_are_made_at_a_time(
+    start: Start, api: TestClient, team: FakeTeam, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mission, _ = under_way(start, team)
+    all_in, leave = threading.Barrier(MAX_CONCURRENT + 1), threading.Event()
+    work_of = replanning.work_of
+
+    def held(task: PlanningTask, knowledge_base: KnowledgeBase) -> Work[Solutions]:
+        all_in.wait(60)
+        assert leave.wait(60)
+        return work_of(task, knowledge_base)
+
+    monkeypatch.setattr(replanning, "work_of", held)
+    asking = [threading.Thread(target=preview, args=(api, mission)) for _ in range(MAX_CONCURRENT)]
+    for one in asking:
+        one.start()
+    all_in.wait(60)
+    refused = api.post(f"{mission}:preview")
+    assert (refused.status_code, refused.headers["retry-after"]) == (429, "10")
+    assert refused.json()["detail"] == "4 previews are being made; ask again later"
+    leave.set()
+    for one in asking:
+        one.join()
+    monkeypatch.undo()
+    assert preview(api, mission)["reason"] == ""
