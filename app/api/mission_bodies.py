@@ -10,7 +10,6 @@ from app.domain.lifecycles.recovery import RecoveryStep
 from app.domain.lifecycles.script import unanswered_order
 from app.domain.mission_organiser.synchronisation import time_of
 from app.domain.recovery_rules import Measure, Policy
-from app.missions.replanning import MissionPreview
 from app.store import MissionRow, ScriptRow
 from app.store.records import values_of
 from robots.wire import BehaviourScript, FailureCategory, Performative, SymbolicFact
@@ -283,12 +282,16 @@ class MissionBody(BaseModel):
 class AchievedBody(BaseModel):
     """A goal, and when it would be true."""
 
+    model_config = ConfigDict(from_attributes=True)
+
     goal: SymbolicFact
     in_s: float = Field(description="from now, world seconds; 0: it is true already")
 
 
 class MissionPreviewBody(BaseModel):
     """What would come of having a mission planned again now."""
+
+    model_config = ConfigDict(from_attributes=True)
 
     made_at_s: float = Field(description="world's clock")
     reason: str = Field(description="why there is no plan; empty if there is one")
@@ -300,19 +303,6 @@ class MissionPreviewBody(BaseModel):
     changes: list[str] = Field(description="what would become of the present plan's actions, in words")
     achieved: list[AchievedBody]
     unkept: str = Field(description="what the plan would not keep to of the edits; empty if nothing")
-
-    @classmethod
-    def of(cls, preview: MissionPreview) -> Self:
-        return cls(
-            made_at_s=preview.made_at_s,
-            reason=preview.reason,
-            ends_in_s=preview.ends_in_s,
-            expected_in_s=preview.expected_in_s,
-            robots=list(preview.robots),
-            changes=list(preview.changes),
-            achieved=[AchievedBody(goal=goal, in_s=in_s) for goal, in_s in preview.achieved_in_s],
-            unkept=preview.unkept,
-        )
 
 
 MISSION_FIELDS = tuple(MissionBody.model_fields)
@@ -347,8 +337,9 @@ def mission_document(row: MissionRow, scripts: Sequence[ScriptRow]) -> dict[str,
 def _better_plan(row: MissionRow) -> dict[str, Any] | None:
     """The better plan that is known of a mission under way; None if it is of an earlier plan, or being made."""
     known = row.better_plan
-    is_of_present = known is not None and known["plan_id"] == row.plan_id and row.replanning is None
-    if known is None or not is_of_present or row.ended_at_s is not None:
+    if known is None or known["plan_id"] != row.plan_id:
+        return None
+    if row.replanning is not None or row.ended_at_s is not None:
         return None
     return {name: known[name] for name in BetterPlanBody.model_fields}
 

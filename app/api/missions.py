@@ -112,7 +112,7 @@ def missions_router(missions: MissionService, replanning: MissionReplanning) -> 
         """What would come of `:replan` now: when each goal would be true, and what becomes of the present plan. It is
         planned, in up to 10 s, and nothing is changed: the robots go on meanwhile."""
         body = body or Preview()
-        return MissionPreviewBody.of(replanning.preview(mission_id, body.edits, goals=body.goals))
+        return MissionPreviewBody.model_validate(replanning.preview(mission_id, body.edits, goals=body.goals))
 
     order("cancel", missions.cancel)
     order("pause", missions.pause)

@@ -43,6 +43,14 @@ MAX_CONCURRENT = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Achieved:
+    """A goal, and when it would be true, world seconds from now; 0: it is true already."""
+
+    goal: SymbolicFact
+    in_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionPreview:
     """What would come of having a mission planned again now, its robots stopped where they are.
 
@@ -52,7 +60,7 @@ class MissionPreview:
     :param expected_in_s: when the mission is expected to end by its present plan, from now; None before it has begun.
     :param robots: those of the plan.
     :param changes: what becomes of the present plan's actions, in words.
-    :param achieved_in_s: when each goal would be true, from now.
+    :param achieved: when each goal would be true.
     :param unkept: what the plan does not keep to of the edits, in words.
     """
 
@@ -63,7 +71,7 @@ class MissionPreview:
     expected_in_s: float | None = None
     robots: Sequence[str] = ()
     changes: Sequence[str] = ()
-    achieved_in_s: Sequence[tuple[SymbolicFact, float]] = ()
+    achieved: Sequence[Achieved] = ()
     unkept: str = ""
 
 
@@ -280,8 +288,8 @@ class MissionReplanning:
             expected_in_s=previewed.expected_in_s,
             robots=tuple(sorted({agent for action in net.actions for agent in action.agents})),
             changes=repair.difference.words if repair is not None and repair.difference is not None else (),
-            achieved_in_s=tuple(
-                (symbolic(link.fact, self._knowledge_base), ends_s.get(link.producer, 0.0))
+            achieved=tuple(
+                Achieved(goal=symbolic(link.fact, self._knowledge_base), in_s=ends_s.get(link.producer, 0.0))
                 for link in net.causal_links
                 if link.consumer == GOAL
             ),

@@ -213,12 +213,9 @@ class RandomOperator:
             return
         waiting = [goal["id"] for goal in self.observer.open if goal["state"] == "waiting"]
         joining = [self._rng.choice(waiting)] if waiting and self._rng.random() < 0.5 else []
+        name = "missions: replan with a goal" if joining else "missions: replan"
         path = f"/v1/missions/{self._rng.choice(missions)}:replan"
-        answer = self._ask(
-            api, "POST", path, {"goals": joining}, may=(202, 409, 422) if joining else (202, 409)
-        )
-        done = "missions: replan with a goal" if joining else "missions: replan"
-        self.done[done if answer.status_code == 202 else "orders that came too late"] += 1
+        self._order_to(api, path, name, {"goals": joining}, may=(202, 409, 422) if joining else (202, 409))
 
     def _cancel_goal(self, api: httpx2.Client) -> None:
         if self.open:
@@ -233,9 +230,17 @@ class RandomOperator:
         elif mission["recovery"]["step"] == "stuck":
             self._order_to(api, f"/v1/missions/{mission_id}:cancel", "missions: cancel")
 
-    def _order_to(self, api: httpx2.Client, path: str, name: str) -> None:
+    def _order_to(
+        self,
+        api: httpx2.Client,
+        path: str,
+        name: str,
+        body: Mapping[str, Any] | None = None,
+        *,
+        may: Sequence[int] = (202, 409),
+    ) -> None:
         """Send an order, which may come too late (409)."""
-        answer = self._ask(api, "POST", path, may=(202, 409))
+        answer = self._ask(api, "POST", path, body, may=may)
         self.done[name if answer.status_code == 202 else "orders that came too late"] += 1
 
     def _ask(

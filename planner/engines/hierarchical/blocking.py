@@ -5,7 +5,7 @@ Fragments only offer the possibilities; scheduling decides which task makes way,
 """
 
 from collections import defaultdict
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Protocol
 
 from planner.engines.hierarchical.fragments.discovery import ALL_LEVELS
@@ -130,7 +130,9 @@ class BlockingTasks:
         held = [group for group in waiting if self._groups.is_held(group)]
         while waiting:
             carried = [one for one in held if one in waiting]
-            way = self._way(facts, waiting, things, SMALLEST_WORLD_ONLY) or self._way(facts, carried, things)
+            way = self._way(facts, _to_goals(waiting), things, SMALLEST_WORLD_ONLY) or self._way(
+                facts, _to_goals(carried), things
+            )
             if way is not None:
                 waiting.remove(way[0])
             elif (way := self._way_down(facts, carried)) is not None:
@@ -143,14 +145,14 @@ class BlockingTasks:
     def _way(
         self,
         facts: frozenset[Fact],
-        groups: Sequence[Group],
+        places: Iterable[tuple[Group, Goals]],
         things: Sequence[Group],
         levels: int = ALL_LEVELS,
     ) -> tuple[Group, Sequence[GroundAction]] | None:
-        """The first of the groups that can be brought to its goals without moving others, and how."""
-        for group in groups:
+        """The first of the groups that can be brought to its place without moving others, and how."""
+        for group, place in places:
             others = [each for each in things if each != group]
-            for way in self._find(facts, group.goals, levels=levels):
+            for way in self._find(facts, place, levels=levels):
                 if not self._groups.moved(way.actions, others):
                     return group, way.actions
         return None
@@ -237,14 +239,11 @@ class BlockingTasks:
     def _cleared(self, asides: PlacesAside, things: Sequence[Group]) -> frozenset[Fact] | None:
         """The facts once these things have been put aside; None if they cannot be without moving others."""
         facts = self._facts
-        for group, place in asides.items():
-            others = [each for each in things if each != group]
-            levels = ALL_LEVELS if place == group.goals else SMALLEST_WORLD_ONLY
-            ways = self._find(facts, place, levels=levels)
-            way = next((way for way in ways if not self._groups.moved(way.actions, others)), None)
+        for aside in asides.items():
+            way = self._way(facts, [aside], things, SMALLEST_WORLD_ONLY)
             if way is None:
                 return None
-            facts = self._return_home.after(facts, way.actions)
+            facts = self._return_home.after(facts, way[1])
         return facts
 
     def _over(
@@ -293,3 +292,7 @@ class BlockingTasks:
             same = sorted(name for name, kind in objects.items() if kind == objects[old] and name != old)
             for new in same if len(same) < PLACES else ():
                 yield tuple(fact.renamed({old: new}) for fact in place)
+
+
+def _to_goals(groups: Iterable[Group]) -> Iterator[tuple[Group, Goals]]:
+    return ((group, group.goals) for group in groups)

@@ -85,13 +85,11 @@ class Groups:
         """The initial facts about the group's things; () if one of them names an agent."""
         if self.is_held(group):
             return ()
-        return tuple(sorted({fact for thing in group.things for fact in self._about.get(thing, ())}))
+        return tuple(sorted(self._facts_about(group)))
 
     def is_held(self, group: Group) -> bool:
         """True if an initial fact about the group's things names an agent, such as the one that carries them."""
-        return any(
-            self._classified.agents_of(fact) for thing in group.things for fact in self._about.get(thing, ())
-        )
+        return any(map(self._classified.agents_of, self._facts_about(group)))
 
     def put_aside(self, actions: Sequence[GroundAction], group: Group) -> Goals:
         """Where the actions first release a group's things: facts about these and no agent; () if nowhere."""
@@ -99,17 +97,20 @@ class Groups:
 
     def putting_down(self, actions: Sequence[GroundAction], group: Group) -> Sequence[GroundAction]:
         """What those that hold a group's things do of the actions until they release these; () if they never do."""
-        facts = [fact for thing in group.things for fact in self._about.get(thing, ())]
-        holding = {agent for fact in facts for agent in self._classified.agents_of(fact)}
+        holding = frozenset[str]().union(*map(self._classified.agents_of, self._facts_about(group)))
         return [
             action
             for action in actions[: self._put_down(actions, group)[0]]
             if holding.issuperset(action.agents)
         ]
 
+    def _facts_about(self, group: Group) -> frozenset[Fact]:
+        """The initial facts about the group's things."""
+        return frozenset(fact for thing in group.things for fact in self._about.get(thing, ()))
+
     def _put_down(self, actions: Sequence[GroundAction], group: Group) -> tuple[int, Goals]:
         """How many actions there are until they first release a group's things, and where; 0 and () if nowhere."""
-        at_first = here = frozenset(fact for thing in group.things for fact in self._about.get(thing, ()))
+        at_first = here = self._facts_about(group)
         for number, action in enumerate(actions, 1):
             here = here - set(action.deletes) | {
                 fact for fact in action.effects if not group.things.isdisjoint(fact.args)
