@@ -85,16 +85,13 @@ from app.store.plan_nets import PlanNets
 from app.store.reservations import Reservations
 from app.workflows import (
     FIND_ALTERNATIVES,
-    LARGE_PLANNING,
     MISSION_LIFE,
     MISSIONS,
     PLAN_GOAL,
     PLAN_WAITING,
-    PLANNING,
     QUEUES,
     RECOVER_MISSION,
     SEEK_BETTER_PLANS,
-    WAITING,
     Queue,
     Workflows,
 )
@@ -701,15 +698,14 @@ class Service:
 
     def _start_workflows(self) -> None:
         workflows = self.core.workflows
-        planning = (PLANNING, LARGE_PLANNING)
-        workflows.register(PLAN_GOAL, self._goal_planning.run, makes_room_in=planning)
-        workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run, makes_room_in=planning)
-        workflows.register(RECOVER_MISSION, self._recovery.run, makes_room_in=planning)
+        workflows.register(PLAN_GOAL, self._goal_planning.run)
+        workflows.register(FIND_ALTERNATIVES, self._alternatives_job.run)
+        workflows.register(RECOVER_MISSION, self._recovery.run)
         workflows.register(SEEK_BETTER_PLANS, self._better_plans.run)
         plan_waiting = partial(
             self._waiting_goals.run, plan=self._goal_planning.run, together=self._joint_goals.plan
         )
-        workflows.register(PLAN_WAITING, plan_waiting, makes_room_in=(WAITING,))
+        workflows.register(PLAN_WAITING, plan_waiting)
         workflows.register(MISSION_LIFE, self._mission_life.run)
         workflows.launch()
 

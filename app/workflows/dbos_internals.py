@@ -37,6 +37,22 @@ def executing_workflows(dbos: DBOS) -> set[str]:
     return set(dbos._active_workflows_set.activeList())
 
 
+def queue_of(dbos: DBOS, workflow_id: str) -> str | None:
+    """The queue that a workflow was dequeued from which runs in this process; None once its outcome is recorded.
+
+    Until then it has one of the places of its queue. The public `get_workflow_status` reads it from the database.
+    """
+    active = dbos._active_workflows_set
+    with active._lock:
+        queues = [bucket[0] for bucket in active._m.get(workflow_id, ()) if bucket is not None]
+    return queues[-1] if queues else None
+
+
+def running_in(dbos: DBOS, queue: str) -> int:
+    """How many workflows of a queue run in this process, as DBOS counts them when it looks whether there is room."""
+    return dbos._active_workflows_set.count_for_queue(queue)
+
+
 def reenqueue(dbos: DBOS, workflow_id: str, *, executor: str, default_queue: str) -> bool:
     """Put a pending workflow back into its queue, if it is still that executor's; True if it was.
 

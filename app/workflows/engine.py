@@ -3,7 +3,6 @@
 import logging
 import threading
 import uuid
-from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from math import inf
@@ -17,6 +16,7 @@ from app.workflows.dbos_internals import (
     executing_workflows,
     leave_message_poller,
     poll_seldom,
+    queue_of,
     reenqueue,
 )
 from app.workflows.queue_listener import BUSY_POLLING_S, QueueListener
@@ -31,6 +31,7 @@ APPLICATION_VERSION = "2"
 UNUSED_POLLING_S = 4.0
 """Interval at which DBOS looks for kinds of workflows that there are none of. The lock that it holds meanwhile on
 PostgreSQL is taken from it after 5 s."""
+WITH_WAITING = frozenset(queue.name for queue in QUEUES if queue.waits)
 WAKE = "wake"
 """The topic of the announcement that wakes a workflow of another process, before its id."""
 QUEUE_POLLING_S = 0.25
@@ -69,8 +70,6 @@ class Workflows:
         self._suspected: set[str] = set()
         self._perhaps_taken: set[str] = set()
         self._lock = threading.Lock()
-        self._executing = Counter[Queue]()
-        """By queue, the workflows that may be from it and are executed here."""
         self._dequeues_until = inf
         self._client: DBOSClient | None = None
         self._dbos = DBOS(config=self._config())
@@ -89,20 +88,14 @@ class Workflows:
             "console_log_level": "ERROR",
         }
 
-    def register(
-        self, name: str, function: Callable[[str], None], *, makes_room_in: Collection[Queue] = ()
-    ) -> None:
-        """Register a workflow under a name. Every process registers every workflow before `launch`.
-
-        :param makes_room_in: the queues that it may be started in and whose workflows wait for each other's end.
-        """
+    def register(self, name: str, function: Callable[[str], None]) -> None:
+        """Register a workflow under a name. Every process registers every workflow before `launch`."""
 
         def workflow(subject: str) -> None:  # DBOS marks what it registers; a bound method cannot be marked
             assert DBOS.workflow_id is not None
             run = Run(DBOS.workflow_id)
             CURRENT_RUN.set(run)
             with self._lock:
-                self._executing.update(makes_room_in)
                 # One that another process had taken over, and that came back here.
                 earlier = self._runs.get(DBOS.workflow_id)
                 self._runs[DBOS.workflow_id] = run
@@ -116,11 +109,7 @@ class Workflows:
                 with self._lock:
                     if self._runs.get(DBOS.workflow_id) is run:
                         del self._runs[DBOS.workflow_id]
-                    full = [queue for queue in makes_room_in if self._executing[queue] >= queue.at_once]
-                    self._executing.subtract(makes_room_in)
-                for queue in full:
-                    if queue.name in self._listeners:
-                        self._listeners[queue.name].poll_soon()
+                self._poll_after(run.workflow_id)
 
         DBOS.workflow(name=name)(workflow)
 
@@ -137,8 +126,8 @@ class Workflows:
                 self._listeners[queue.name] = QueueListener(
                     self._dbos,
                     registered,
+                    waits=queue.waits,
                     may_dequeue=self._may_dequeue,
-                    is_busy=partial(self._is_executing, queue),
                     clock=self._clock,
                 )
         self._client = DBOSClient(
@@ -261,9 +250,15 @@ class Workflows:
         for listener in self._listeners.values():
             listener.poll_now()
 
-    def _is_executing(self, queue: Queue) -> bool:
-        with self._lock:
-            return self._executing[queue] > 0
+    def _poll_after(self, workflow_id: str) -> None:
+        """Poll the queue of a workflow whose function returns once its end is recorded: another may wait for its place.
+
+        Whether one does is only known to the database. That the queue is not full now does not tell: the poll after the
+        end before may have had room for one of two that wait.
+        """
+        name = queue_of(self._dbos, workflow_id)
+        if name in WITH_WAITING and name in self._listeners:
+            self._listeners[name].poll_after(workflow_id)
 
     def _may_dequeue(self) -> bool:
         return self._clock.monotonic_s() < self._dequeues_until

@@ -127,6 +127,20 @@ def test_a_workflow_counts_as_executing_until_its_outcome_is_recorded(dbos: DBOS
     until(lambda: not dbos_internals.executing_workflows(dbos))
 
 
+def test_a_workflow_has_a_place_of_its_queue_until_its_outcome_is_recorded(
+    dbos: DBOS, worker: Worker
+) -> None:
+    """Else workflows that wait for a place begin up to a second late."""
+    wait_for_message("mine")
+    assert dbos_internals.queue_of(dbos, "mine") == "work"
+    assert dbos_internals.running_in(dbos, "work") == 1
+    assert dbos_internals.running_in(dbos, "another") == 0
+    DBOS.send("mine", "this", "topic")
+    assert DBOS.retrieve_workflow("mine").get_result() == "heard this"
+    until(lambda: dbos_internals.queue_of(dbos, "mine") is None)
+    assert dbos_internals.running_in(dbos, "work") == 0
+
+
 def test_only_a_pending_workflow_of_the_named_executor_is_enqueued_again(dbos: DBOS, worker: Worker) -> None:
     """Else two processes that recover the same workflow would both run it."""
     wait_for_message("mine")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.workflows.queue_listener import BUSY_POLLING_S, IDLE_POLLING_S, PollPause
+from app.workflows.queue_listener import BUSY_POLLING_S, IDLE_POLLING_S, LOOK_S, PollPause
 from tests.app.stepped_clock import SteppedClock
 
 
@@ -32,6 +32,42 @@ def test_a_pause_lasts_until_something_may_be_dequeued() -> None:
     pause.cut_short()
     assert not pause.wait(0.5)
     assert allowed_s <= clock.monotonic_s() <= allowed_s + IDLE_POLLING_S
+
+
+def test_a_pause_lasts_until_the_end_of_a_workflow_is_recorded() -> None:
+    clock = SteppedClock()
+    recorded_s = {"first": clock.monotonic_s() + 0.1, "second": clock.monotonic_s() + 0.3}
+
+    def is_executing(workflow_id: str) -> bool:
+        return recorded_s[workflow_id] > clock.monotonic_s()
+
+    pause = PollPause(lambda: True, is_executing=is_executing, clock=clock)
+    pause.cut_short("first")
+    pause.cut_short("second")
+    for at_s in recorded_s.values():
+        assert not pause.wait(3600.0)
+        assert at_s <= clock.monotonic_s() <= at_s + 2 * LOOK_S
+
+    # A workflow that is announced meanwhile may have a place.
+    recorded_s["third"] = clock.monotonic_s() + 0.5
+    began_s = clock.monotonic_s()
+    pause.cut_short("third")
+    pause.cut_short()
+    assert not pause.wait(3600.0)
+    assert clock.monotonic_s() == began_s
+    assert not pause.wait(3600.0)
+    assert recorded_s["third"] <= clock.monotonic_s() <= recorded_s["third"] + 2 * LOOK_S
+
+
+def test_an_end_that_cannot_be_recorded_is_not_waited_for_for_long() -> None:
+    clock = SteppedClock()
+    pause = PollPause(lambda: True, is_executing=lambda _: True, clock=clock)
+    began_s = clock.monotonic_s()
+    pause.cut_short("never")
+    assert not pause.wait(3600.0)
+    assert clock.monotonic_s() - began_s == pytest.approx(BUSY_POLLING_S, abs=2 * LOOK_S)
+    assert not pause.wait(10.0)
+    assert clock.monotonic_s() - began_s >= 10.0
 
 
 def test_a_pause_ends_for_good_when_it_is_set() -> None:

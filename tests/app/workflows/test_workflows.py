@@ -79,6 +79,16 @@ def test_a_workflow_begins_when_its_transaction_commits_and_not_with_the_next_lo
     assert carried_out.get(timeout=30) == "another"
 
 
+def test_workflows_that_found_no_place_begin_when_others_end_and_not_with_the_next_look(
+    database: Database, workflows: Workflows, carried_out: Queue[str]
+) -> None:
+    subjects = [f"{n}" for n in range(10 * PLANNING.at_once)]
+    for each in subjects:
+        with database.write() as session:
+            workflows.start(session, PLANNING, "note", f"note-{each}", each)
+    assert sorted(carried_out.get(timeout=30) for _ in subjects) == sorted(subjects)
+
+
 def test_a_workflow_has_ended_once_its_end_is_recorded(
     database: Database, workflows: Workflows, carried_out: Queue[str]
 ) -> None:
