@@ -107,6 +107,9 @@ class RecoveryJob(PlanningJob[MissionRow, RepairTask]):
             lock_goals(session, (mission.goal_id, *others))
         return lock_mission(session, subject_id)
 
+    def binds(self, subject: MissionRow) -> bool:
+        return True
+
     def attempt_key(self, subject: MissionRow) -> Hashable:
         return len(subject.attempts) if _is_wanted(subject) else None
 

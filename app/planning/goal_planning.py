@@ -144,6 +144,9 @@ class GoalPlanningJob(PlanningJob[GoalRow, PlanningTask]):
         query = select(MissionRow.id).where(MissionRow.id.in_(ended_first), MissionRow.state.in_(OPEN))
         return tuple(f"the end of mission {one}" for one in session.scalars(query.order_by(MissionRow.id)))
 
+    def binds(self, subject: GoalRow) -> bool:
+        return subject.auto_approve
+
     def renew(self, session: Session, subject: GoalRow, task: PlanningTask) -> PlanningTask:
         return self._task(session, subject, self._problems.build(session, subject), task.replaces)
 

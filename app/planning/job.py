@@ -98,6 +98,10 @@ class PlanningJob(ABC, Generic[Row, Task]):
         """The task in the present world, after it has waited for a planning process; the same unless overridden."""
         return task
 
+    def binds(self, subject: Row) -> bool:
+        """Whether the result may reserve something without anybody's decision."""
+        return False
+
     @abstractmethod
     def attempt_key(self, subject: Row) -> Hashable:
         """Identifies the present planning attempt; None while no plan is wanted.
@@ -131,7 +135,12 @@ class PlanningJob(ABC, Generic[Row, Task]):
             attempt = _Attempt(self, self._database, self._knowledge_base, subject_id, task, key)
             goal = _goal_of(session, subject)
             goal_id = goal.id
-            job = Job(world=goal.world, priority=self.priority, is_large=is_large_goal(goal))
+            job = Job(
+                world=goal.world,
+                priority=self.priority,
+                is_large=is_large_goal(goal),
+                binds=self.binds(subject),
+            )
         if task.problem.refusal and not task.problem.withheld:
             refusal = task.problem.refusal
             attempt.conclude(WorkResult(status=PlanningStatus.UNSOLVABLE, reason=refusal, is_refused=True))

@@ -116,7 +116,7 @@ class JointGoals:
             with suppress(_OutOfDate):
                 has_changed.append(result.answer is not None and self._conclude(task, result.answer))
 
-        job = Job(world=world, is_large=is_large(goals=sum(map(len, parts)), effort_s=None))
+        job = Job(world=world, is_large=is_large(goals=sum(map(len, parts)), effort_s=None), binds=True)
         with suppress(WorkerClosed):  # the service ends; the workflow is recovered at its next start
             self._worker.do(work, work.request.time_limit_s, job=job, conclude=conclude)
         return any(has_changed)

@@ -6,8 +6,10 @@ it as Python and do small work only; once it is, compiled ones replace them.
 
 import logging
 import threading
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
@@ -25,7 +27,7 @@ from app.planning.pool.process import (
     Watch,
 )
 from app.planning.pool.status import PoolStatus, ProcessState, ProcessStatus, waiting_jobs
-from app.planning.pool.waiting_line import Job, Ticket, WaitingLine
+from app.planning.pool.waiting_line import Job, Priority, Ticket, WaitingLine
 from app.planning.pool.work import PLANNER, Answer, Work, WorkResult
 from planner import PlanningStatus
 from robots.background_compilation import BackgroundCompilation, Stage
@@ -36,6 +38,11 @@ ATTEMPTS = 2
 """Attempts at work whose process ends unexpectedly, and at starting a process that ends at its start."""
 LONG_S = 3.0
 """Work that takes longer no longer counts against the number of processes: small work gets another one."""
+IN_TURN_S = 0.25
+"""Longest wait for other work of the world whose result binds. Short work is done in turn: two goals planned at
+the same time often take the same robots, and one of them is planned again. Long work is worth the attempt."""
+RENEWED_AFTER_S = 1.0
+"""Work that has waited longer is renewed though no result has bound its world meanwhile: there may be reports."""
 
 COMPILATION_S = 120.0
 """Large work waits no longer for the compiler: on a machine so busy a worse plan is better than none."""
@@ -105,6 +112,12 @@ class PlanningWorker:
         self._lock = threading.Lock()
         self._members: list[_Member] = []
         self._line: WaitingLine[_Member] = WaitingLine()
+        self._binding = Counter[str]()
+        """By world, the work whose result binds and which is being done or recorded."""
+        self._recording = Counter[str]()
+        """By world, those of them whose result is being recorded."""
+        self._bound = Counter[str]()
+        """By world, the results recorded that bind."""
         self._ready: Future[bool] = Future()
         self._started = False
         self._closed = False
@@ -158,8 +171,8 @@ class PlanningWorker:
         The time limit begins when a process begins the work.
 
         :param job: decides which work is next.
-        :param renew: if the work has waited for a process, called for what to do instead: the world may have changed.
-        :param conclude: called with the result before the process begins other work, which may depend on it.
+        :param renew: if the work has waited for a process, called for what to do instead if the world may have changed.
+        :param conclude: called with the result, before other work of its world begins if the result binds.
         :raises WorkerClosed: if the worker is closed before there is a result.
         """
         self.warm_up()
@@ -180,22 +193,25 @@ class PlanningWorker:
                 cancelled: WorkResult[Answer] = WorkResult(status=PlanningStatus.NOT_FOUND, reason=CANCELLED)
                 conclude(cancelled)
                 return cancelled
-            try:
-                if renew is not None and ticket.has_waited:
-                    work = renew()
-                result = member.process.do(work, time_limit_s, watch)
+            with self._binding_of(job) as record:
+                try:
+                    if renew is not None and self._is_outdated(ticket):
+                        work = renew()
+                    result = member.process.do(work, time_limit_s, watch)
+                    record()
+                except ProcessDied as death:
+                    if self._closed:
+                        raise WorkerClosed from death
+                    cause = str(death)
+                    if member.process.is_idle and spare:
+                        spare -= 1
+                    else:
+                        attempts -= 1
+                    continue
+                finally:
+                    self._give_back(member)
                 conclude(result)
                 return result
-            except ProcessDied as death:
-                if self._closed:
-                    raise WorkerClosed from death
-                cause = str(death)
-                if member.process.is_idle and spare:
-                    spare -= 1
-                else:
-                    attempts -= 1
-            finally:
-                self._give_back(member)
         failed: WorkResult[Answer] = WorkResult(
             status=PlanningStatus.FAILED, reason=f"the planning process ended unexpectedly ({cause})"
         )
@@ -213,8 +229,9 @@ class PlanningWorker:
 
     def _turn(self, job: Job, watch: Watch) -> Ticket[_Member]:
         """Wait for a process; the ticket is without one if the work is cancelled first."""
-        ticket: Ticket[_Member] = Ticket(job, since_s=self._clock.monotonic_s())
         with self._lock:
+            bound = self._bound[job.world]
+            ticket: Ticket[_Member] = Ticket(job, since_s=self._clock.monotonic_s(), bound_before=bound)
             self._line.join(ticket)
             self._assign()
             ticket.has_waited = ticket.member is None
@@ -233,18 +250,57 @@ class PlanningWorker:
                 self._line.leave(ticket)
         return ticket
 
+    @contextmanager
+    def _binding_of(self, job: Job) -> Iterator[Callable[[], None]]:
+        """While a job that `_assign` has given to a process is done and its result, which may bind, is recorded.
+
+        Yields what is to be called before the process is free again, once there is a result to record.
+        """
+        recorded = 0
+
+        def record() -> None:
+            nonlocal recorded
+            recorded = int(job.binds)
+            with self._lock:
+                self._recording[job.world] += recorded
+
+        try:
+            yield record
+        finally:
+            with self._lock:
+                self._binding[job.world] -= job.binds
+                self._recording[job.world] -= recorded
+                self._bound[job.world] += recorded
+                self._assign()
+
+    def _is_outdated(self, ticket: Ticket[_Member]) -> bool:
+        """Whether the world may have changed while the work has waited for a process."""
+        waited_s = self._clock.monotonic_s() - ticket.since_s
+        has_bound = self._bound[ticket.job.world] > ticket.bound_before
+        return ticket.has_waited and (has_bound or waited_s > RENEWED_AFTER_S)
+
     def _assign(self) -> None:
         """Give waiting work to free processes. Call with the lock."""
         for member in self._free():
             if ticket := self._line.next(partial(self._may_begin, is_compiled=member.is_compiled)):
                 member.job = ticket.job
+                self._binding[ticket.job.world] += ticket.job.binds
                 member.since_s = self._clock.monotonic_s()
                 ticket.call(member)
 
     def _may_begin(self, ticket: Ticket[_Member], *, is_compiled: bool) -> bool:
         """Whether a process, compiled or not, may do the work now."""
+        if self._has_its_turn_later(ticket):
+            return False
         is_able = is_compiled or not self._waits_for_compilation(ticket)
         return not ticket.job.is_large or (is_able and self._has_room_for_large())
+
+    def _has_its_turn_later(self, ticket: Ticket[_Member]) -> bool:
+        """Whether it is to be planned with the result of other work; repairs, for which robots wait, never are."""
+        job = ticket.job
+        if job.priority is Priority.RECOVERY or self._clock.monotonic_s() >= ticket.since_s + IN_TURN_S:
+            return False
+        return (self._binding if job.binds else self._recording)[job.world] > 0
 
     def _waits_for_compilation(self, ticket: Ticket[_Member]) -> bool:
         is_patient = self._clock.monotonic_s() < ticket.since_s + COMPILATION_S

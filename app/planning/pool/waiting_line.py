@@ -3,7 +3,7 @@
 import threading
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Generic, TypeVar
 
@@ -29,11 +29,16 @@ class Priority(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """What the line needs to know of work: its world, its priority, and whether it may take long."""
+    """What the line needs to know of work.
+
+    :param is_large: whether it may take long.
+    :param binds: whether its result may reserve what other work of its world would use, without anybody's decision.
+    """
 
     world: str = ""
     priority: Priority = Priority.GOAL
     is_large: bool = False
+    binds: bool = False
 
 
 def is_large(*, goals: int, effort_s: float | None) -> bool:
@@ -51,10 +56,14 @@ Member = TypeVar("Member")
 class Ticket(Generic[Member]):
     """A job's place in the line. Once `called` is set, `member` does the job."""
 
-    def __init__(self, job: Job, *, since_s: float = 0.0) -> None:
-        """:param since_s: when it joined the line, monotonic."""
+    def __init__(self, job: Job, *, since_s: float = 0.0, bound_before: int = 0) -> None:
+        """
+        :param since_s: when it joined the line, monotonic.
+        :param bound_before: how many results of its world that bind were recorded by then.
+        """
         self.job = job
         self.since_s = since_s
+        self.bound_before = bound_before
         self.called = threading.Event()
         self.member: Member | None = None
         self.has_waited = False
@@ -99,5 +108,5 @@ class WaitingLine(Generic[Member]):
         return any(may_begin(ticket) for ticket in self._tickets)
 
     def counts(self) -> Mapping[Job, int]:
-        """How many jobs of each kind wait."""
-        return Counter(ticket.job for ticket in self._tickets)
+        """How many jobs of each kind wait, whether or not they bind."""
+        return Counter(replace(ticket.job, binds=False) for ticket in self._tickets)

@@ -21,7 +21,7 @@ from app.store.facts import FactStore
 from app.store.migrate import migrate
 from app.store.plan_nets import PlanNets
 from app.store.reservations import Reservations
-from app.workflows import PLAN_WAITING, WAITING, Workflows
+from app.workflows import PLAN_WAITING, Workflows
 from app.workflows.steps import CURRENT_RUN, Run
 from planner import load_knowledge_base
 from robots.clock import ManualClock
@@ -113,7 +113,7 @@ def test_many_goals_are_planned_by_several_workflows_one_after_the_other(
             session.get_one(GoalRow, goal_id).releases_seen = 1
         planned.put(goal_id)
 
-    workflows.register(PLAN_WAITING, partial(goals.run, plan=plan), makes_room_in=(WAITING,))
+    workflows.register(PLAN_WAITING, partial(goals.run, plan=plan))
     workflows.launch()
     names = [f"goal {number:03}" for number in range(2 * GOALS_PER_WORKFLOW + 1)]
     with lab.write() as session:

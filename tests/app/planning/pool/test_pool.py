@@ -4,15 +4,15 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
-from functools import partial
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
 
+from app.domain.clock import SystemClock
 from app.domain.errors import Unavailable
-from app.planning.pool.pool import PlanningWorker, WorkerClosed
+from app.planning.pool.pool import IN_TURN_S, RENEWED_AFTER_S, PlanningWorker, WorkerClosed
 from app.planning.pool.process import POLL_S, TERMINATE_S, Watch
 from app.planning.pool.waiting_line import Job, Priority
 from app.planning.pool.work import PLANNER, PlanWork, Solutions, WorkResult
@@ -105,35 +105,136 @@ def test_a_second_process_is_started_once_work_finds_none_free() -> None:
     worker.close()
 
 
-def test_work_that_has_waited_is_renewed_once_the_work_before_it_is_concluded(
-    threads: ThreadPoolExecutor,
-) -> None:
-    worker = PlanningWorker(make_fake_engine)
+class HeldClock(SystemClock):
+    """Waits as long as the system's clock does, while its monotonic time moves only when a test says so."""
+
+    def __init__(self) -> None:
+        self.now_s = 1000.0
+
+    def monotonic_s(self) -> float:
+        return self.now_s
+
+
+@dataclass
+class Line:
+    """Two processes, and what is told of the work that they do."""
+
+    worker: PlanningWorker
+    clock: HeldClock
+    threads: ThreadPoolExecutor
+    told: list[str] = field(default_factory=list)
+    records: threading.Event = field(default_factory=threading.Event)
+    """Clear while no result can be recorded."""
+
+    def do(self, name: str, deed: str, job: Job, watch: Watch | None = None) -> Future[object]:
+        """Begin the deed; when it is renewed, it is an answer."""
+        request = PlanningRequest(time_limit_s=120.0)
+
+        def renew() -> PlanWork:
+            self.told.append(f"{name} is renewed")
+            return PlanWork(problem=problem("answer"), request=request)
+
+        def conclude(result: WorkResult[Solutions]) -> None:
+            assert self.records.wait(PATIENCE_S)
+            self.told.append(f"{name}: {result.status.value}")
+
+        work = PlanWork(problem=problem(deed), request=request)
+        return self.threads.submit(self.worker.do, work, 120.0, watch, job, renew=renew, conclude=conclude)
+
+    def busy(self, job: Job) -> tuple[Future[object], Watching]:
+        """A process has begun such a job, `first`, and goes on until its watch stops it."""
+        watch = Watching()
+        future = self.do("first", "improve", job, watch)
+        until(lambda: bool(watch.seen))
+        return future, watch
+
+
+@pytest.fixture
+def line(threads: ThreadPoolExecutor) -> Iterator[Line]:
+    clock = HeldClock()
+    worker = PlanningWorker(make_fake_engine, processes=2, clock=clock)
     worker.warm_up().result(timeout=PATIENCE_S)
-    told: list[str] = []
-    work = PlanWork(problem=problem("answer"), request=PlanningRequest(time_limit_s=120.0))
-
-    def renew() -> PlanWork:
-        told.append("renewed")
-        return work
-
-    def conclude(name: str, result: WorkResult[Solutions]) -> None:
-        told.append(f"{name}: {result.status.value}")
-
-    def do(name: str, deed: str, watch: Watch) -> None:
-        first = replace(work, problem=problem(deed))
-        worker.do(first, 120.0, watch, renew=renew, conclude=partial(conclude, name))
-
-    watch, waiting = Watching(), Watching()
-    before = threads.submit(do, "before", "improve", watch)
-    until(lambda: bool(watch.seen))
-    after = threads.submit(do, "after", "die", waiting)
-    until(lambda: bool(waiting.waited_for))
-    watch.stop.set()
-    for one in (before, after):
-        one.result(PATIENCE_S)
-    assert told == ["before: solved", "renewed", "after: solved"]
+    start_second(worker)
+    line = Line(worker, clock, threads)
+    line.records.set()
+    yield line
+    line.records.set()
     worker.close()
+
+
+BINDING = Job(world="store", binds=True)
+
+
+def test_a_result_that_binds_is_recorded_before_the_next_such_work_of_its_world_begins_renewed(
+    line: Line,
+) -> None:
+    first, watch = line.busy(BINDING)
+    waiting = Watching()
+    second = line.do("second", "die", BINDING, waiting)
+    until(lambda: bool(waiting.waited_for))
+    assert line.worker.free_count == 1, "it waits for the result, not for a process"
+    elsewhere = line.do("elsewhere", "answer", replace(BINDING, world="yard"))
+    beside = line.do("beside", "answer", Job(world="store"))
+    for one in (elsewhere, beside):
+        one.result(PATIENCE_S)
+    watch.stop.set()
+    for one in (first, second):
+        one.result(PATIENCE_S)
+    assert sorted(line.told[:2]) == ["beside: solved", "elsewhere: solved"]
+    assert line.told[2:] == ["first: solved", "second is renewed", "second: solved"]
+
+
+def test_while_a_result_that_binds_is_recorded_only_other_worlds_are_planned(line: Line) -> None:
+    line.records.clear()
+    watch, waiting = Watching(), Watching()
+    first = line.do("first", "answer", BINDING, watch)
+    until(lambda: line.worker.free_count == 2)
+    beside = line.do("beside", "die", Job(world="store"), waiting)
+    until(lambda: bool(waiting.waited_for))
+    elsewhere = line.do("elsewhere", "answer", Job(world="yard"))
+    line.records.set()
+    for one in (first, beside, elsewhere):
+        one.result(PATIENCE_S)
+    assert "elsewhere is renewed" not in line.told
+    assert [one for one in line.told if "elsewhere" not in one] == [
+        "first: solved",
+        "beside is renewed",
+        "beside: solved",
+    ]
+
+
+def test_a_repair_does_not_wait_for_a_goals_plan(line: Line) -> None:
+    first, watch = line.busy(BINDING)
+    line.do("repair", "answer", replace(BINDING, priority=Priority.RECOVERY)).result(PATIENCE_S)
+    assert line.told == ["repair: solved"]
+    watch.stop.set()
+    first.result(PATIENCE_S)
+
+
+def test_what_takes_long_is_planned_beside_other_work_of_its_world(line: Line) -> None:
+    first, watch = line.busy(BINDING)
+    waiting = Watching()
+    second = line.do("second", "answer", BINDING, waiting)
+    until(lambda: bool(waiting.waited_for))
+    line.clock.now_s += IN_TURN_S
+    second.result(PATIENCE_S)
+    assert line.told == ["second: solved"], "nothing has bound the world meanwhile"
+    watch.stop.set()
+    first.result(PATIENCE_S)
+
+
+def test_work_that_has_waited_long_for_a_process_is_renewed(line: Line) -> None:
+    first, watch = line.busy(Job(world="yard"))
+    second, other = line.busy(Job(world="yard"))
+    waiting = Watching()
+    third = line.do("third", "die", Job(world="store"), waiting)
+    until(lambda: bool(waiting.waited_for))
+    line.clock.now_s += RENEWED_AFTER_S + 0.1
+    for one in (watch, other):
+        one.stop.set()
+    for each in (first, second, third):
+        each.result(PATIENCE_S)
+    assert [one for one in line.told if "third" in one] == ["third is renewed", "third: solved"]
 
 
 def test_progress_is_reported_and_a_stop_returns_the_best_plan(
