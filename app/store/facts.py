@@ -154,6 +154,7 @@ class WorldFacts:
         self._numbers = numbers
         self._world = world
         self._rows = {row.atom: row for row in rows}
+        self._facts = frozenset(Fact(row.predicate, tuple(row.args)) for row in self._rows.values())
         self._unknown = {row.name: row for row in unknown}
 
     @property
@@ -162,7 +163,7 @@ class WorldFacts:
 
     @property
     def facts(self) -> frozenset[Fact]:
-        return frozenset(Fact(row.predicate, tuple(row.args)) for row in self._rows.values())
+        return self._facts
 
     @property
     def believed(self) -> Sequence[DatedFact]:
@@ -219,6 +220,8 @@ class WorldFacts:
             row.source = source
             row.at_s = at_s
             row.recorded_at = utc_now()
+        removed = [Fact(old.predicate, tuple(old.args)) for old in gone]
+        self._facts = self._facts.difference(removed).union(new)
         self._note_unknown(gone, source=source, at_s=at_s)
         has_changed = bool(gone or new or again)
         if has_changed:
@@ -231,10 +234,10 @@ class WorldFacts:
                     version=self._world.version,
                     source=source,
                     added=self._relations([*new, *again]),
-                    removed=self._relations(Fact(old.predicate, tuple(old.args)) for old in gone),
+                    removed=self._relations(removed),
                 ),
             )
-            changed = frozenset(Fact(old.predicate, tuple(old.args)) for old in gone).union(new)
+            changed = frozenset((*removed, *new))
             self._numbers.count(self._session, self._world, changed, self.facts, source=source, at_s=at_s)
         if before:
             believed = tuple(map(self._belief, before))

@@ -9,16 +9,20 @@ is open or closed, a lift is at one level: a new fact about one of them replaces
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 from planner import Fact
 
 Facts = frozenset[Fact]
+_Grouped = defaultdict[str, set[Fact]]
+"""Facts by predicate."""
 
 ROBOT_POSITION = "robot_position"
 OBJECT_POSITION = "object_position"
 ROBOT_ATTRIBUTE = "robot_attribute"
 TRANSPORTED = "transported"
 BROUGHT = "brought"
+HOLDS_ALONE = "holds_alone"
 REACHES = "reaches"
 CAN = "can"
 IN_AREA = "in_area"
@@ -43,8 +47,16 @@ GRIPPER = "gripper"
 EMPTY = "empty"
 FULL = "full"
 
-EXCLUSIVE = STATES | {ROBOT_POSITION, ROBOT_ATTRIBUTE, OBJECT_POSITION}
-"""Predicates whose facts can be contradicted by other facts."""
+OF_ROBOTS = frozenset({IN_AREA, ROBOT_ATTRIBUTE, ROBOT_POSITION})
+"""Predicates whose facts have a robot first; each robot has some of them."""
+CONTRADICTED: Mapping[str, Collection[str]] = {
+    **dict.fromkeys(STATES, STATES),
+    ROBOT_POSITION: (ROBOT_POSITION,),
+    ROBOT_ATTRIBUTE: (ROBOT_ATTRIBUTE, OBJECT_POSITION),
+    OBJECT_POSITION: (OBJECT_POSITION,),
+    VACANT: (OBJECT_POSITION,),
+}
+"""By predicate, those of facts that a fact with it can contradict."""
 STRUCTURAL = frozenset(
     {CAN, HAS_BODY, HAS_SENSOR, IN_AREA, IN_ZONE, ON_WAY, OPERABLE, OWN_SPOT, REACHES, SOLID}
 )
@@ -87,7 +99,7 @@ def occupants(place: str, facts: Iterable[Fact]) -> tuple[str, ...]:
 
 
 def robots_in(facts: Iterable[Fact]) -> frozenset[str]:
-    return frozenset(f.args[0] for f in facts if f.predicate in {IN_AREA, ROBOT_ATTRIBUTE, ROBOT_POSITION})
+    return frozenset(fact.args[0] for fact in facts if fact.predicate in OF_ROBOTS)
 
 
 def belief_change(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()) -> Change:
@@ -102,20 +114,25 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
     News wins over older belief. `vacant(l)` as news means that nothing lies there any longer; `clear` and `zone_clear`
     are always derived.
     """
-    kept = set(facts) - set(gone)
     news = list(news)
-    zones = _zones_of((*facts, *news))
-    news = [fact for fact in news if fact.predicate not in FOLLOWING]
-    robots = robots_in(kept)
-    exclusive = {fact for fact in kept if fact.predicate in EXCLUSIVE}
-    compatible = kept - exclusive
+    before = _by_predicate(facts)
+    with_news = _by_predicate(news, before)
+    zones = frozenset(fact.args[-1] for name in (IN_ZONE, ZONE_CLEAR) for fact in with_news[name])
+    places = _storing(with_news)
+    kept = _by_predicate((), before)
+    for fact in gone:
+        kept[fact.predicate].discard(fact)
+    robots = _robots_in(kept)
     for fact in news:
-        exclusive = {old for old in exclusive if not _contradicts(fact, old, robots)}
-        (exclusive if fact.predicate in EXCLUSIVE else compatible).add(fact)
-    kept = exclusive | compatible
-    places = storing(facts | frozenset(news))
-    held = frozenset(fact for fact in kept if not _is_outdated(fact, kept))
-    return _with_derived(_with_grippers(held, _holders(facts), news), places, zones)
+        if fact.predicate in FOLLOWING:
+            continue
+        for name in CONTRADICTED.get(fact.predicate, ()):
+            kept[name] = {old for old in kept[name] if not _contradicts(fact, old, robots)}
+        kept[fact.predicate].add(fact)
+    for name in (BROUGHT, HOLDS_ALONE):
+        kept[name] = {fact for fact in kept[name] if not _is_outdated(fact, kept)}
+    kept[ROBOT_ATTRIBUTE] = _with_grippers(kept, _holders(before), news)
+    return _with_derived(kept, places, zones)
 
 
 def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | None:
@@ -133,21 +150,31 @@ def contradiction(facts: Facts, news: Sequence[Fact]) -> tuple[Fact, Fact] | Non
     return None
 
 
-def _is_outdated(fact: Fact, facts: Collection[Fact]) -> bool:
+def _by_predicate(facts: Iterable[Fact], known: _Grouped | None = None) -> _Grouped:
+    """Facts by their predicate, in sets of their own, together with those that are grouped already."""
+    grouped: _Grouped = defaultdict(set)
+    if known is not None:
+        for name, of_name in known.items():
+            grouped[name] = set(of_name)
+    for fact in facts:
+        grouped[fact.predicate].add(fact)
+    return grouped
+
+
+def _robots_in(facts: _Grouped) -> frozenset[str]:
+    return frozenset(fact.args[0] for name in OF_ROBOTS for fact in facts[name])
+
+
+def _is_outdated(fact: Fact, facts: _Grouped) -> bool:
     """True for a fact about an object held by robots (`brought`, `holds_alone`) whose holders have changed."""
-    match fact.predicate, fact.args:
-        case "brought", (item, _):
-            return not _holding(item, facts)
-        case "holds_alone", (robot, item):
-            return _holding(item, facts) != {robot}
-        case _:
-            return False
+    if fact.predicate == BROUGHT:
+        return not _holding(fact.args[0], facts)
+    return _holding(fact.args[1], facts) != {fact.args[0]}
 
 
-def _holding(item: str, facts: Collection[Fact]) -> set[str]:
+def _holding(item: str, facts: _Grouped) -> frozenset[str]:
     """The robots that hold the object."""
-    robots = robots_in(facts)
-    return {f.args[2] for f in facts if f.predicate == OBJECT_POSITION and f.args[0] == item} & robots
+    return _robots_in(facts) & {fact.args[2] for fact in facts[OBJECT_POSITION] if fact.args[0] == item}
 
 
 def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:
@@ -175,13 +202,17 @@ def _contradicts(new: Fact, old: Fact, robots: frozenset[str]) -> bool:
 
 def storing(facts: Facts) -> frozenset[str]:
     """The locations that can hold a sample: those known to be vacant or filled."""
-    robots = robots_in(facts)
-    vacant = {f.args[0] for f in facts if f.predicate == VACANT}
-    filled = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION and f.args[2] not in robots}
-    return frozenset(vacant | filled)
+    return _storing(_by_predicate(facts))
 
 
-def robots_in_zones(facts: Facts, spots: Iterable[tuple[str, str]] = ()) -> Mapping[str, frozenset[str]]:
+def _storing(facts: _Grouped) -> frozenset[str]:
+    vacant = {fact.args[0] for fact in facts[VACANT]}
+    return (_holders(facts) - _robots_in(facts)) | vacant
+
+
+def robots_in_zones(
+    facts: Collection[Fact], spots: Iterable[tuple[str, str]] = ()
+) -> Mapping[str, frozenset[str]]:
     """Zone for one robot → the robots that stand in it, where there are some.
 
     :param spots: locations on the open floor that lie in a zone, and the zone.
@@ -203,40 +234,41 @@ def robots_in_zones(facts: Facts, spots: Iterable[tuple[str, str]] = ()) -> Mapp
     return {zone: frozenset(robots) for zone, robots in inside.items()}
 
 
-def _zones_of(facts: Iterable[Fact]) -> frozenset[str]:
-    """The zones for one robot that the facts name."""
-    return frozenset(fact.args[-1] for fact in facts if fact.predicate in (IN_ZONE, ZONE_CLEAR))
-
-
-def _with_derived(facts: Facts, places: frozenset[str], zones: frozenset[str]) -> Facts:
+def _with_derived(facts: _Grouped, places: frozenset[str], zones: frozenset[str]) -> Facts:
     """The facts with `vacant`, `clear` and `zone_clear` derived from the positions of objects and robots."""
-    areas = {f.args[0]: f.args[1] for f in facts if f.predicate == IN_AREA}
-    filled = {f.args[2] for f in facts if f.predicate == OBJECT_POSITION}
-    stands = {(f.args[2], areas.get(f.args[0])) for f in facts if f.predicate == ROBOT_POSITION}
-    reached = {(f.args[1], areas[f.args[0]]) for f in facts if f.predicate == REACHES and f.args[0] in areas}
-    vacant = {Fact(VACANT, (place,)) for place in places - filled}
-    clear = {Fact(CLEAR, pair) for pair in reached if pair not in stands}
-    free = {Fact(ZONE_CLEAR, (zone,)) for zone in zones - robots_in_zones(facts).keys()}
-    return frozenset({f for f in facts if f.predicate not in DERIVED} | vacant | clear | free)
+    areas = {fact.args[0]: fact.args[1] for fact in facts[IN_AREA]}
+    stands = {(fact.args[2], areas.get(fact.args[0])) for fact in facts[ROBOT_POSITION]}
+    reached = {(fact.args[1], areas[fact.args[0]]) for fact in facts[REACHES] if fact.args[0] in areas}
+    inside = robots_in_zones([*facts[IN_AREA], *facts[IN_ZONE], *facts[ROBOT_POSITION]]) if zones else {}
+    return frozenset(
+        chain(
+            *(of_name for name, of_name in facts.items() if name not in DERIVED),
+            (Fact(VACANT, (place,)) for place in places - _holders(facts)),
+            (Fact(CLEAR, pair) for pair in reached - stands),
+            (Fact(ZONE_CLEAR, (zone,)) for zone in zones - inside.keys()),
+        )
+    )
 
 
-def _with_grippers(facts: Facts, held_before: frozenset[str], news: Iterable[Fact]) -> Facts:
-    """The facts with a gripper that holds an object full, and one that no longer holds its object empty.
+def _with_grippers(facts: _Grouped, held_before: frozenset[str], news: Iterable[Fact]) -> set[Fact]:
+    """The robots' attributes, a gripper that holds an object full, one that no longer holds its object empty.
 
     NOTE: a robot's own report on its gripper is kept: it may hold an object that is in no fact.
     """
     told = {f.args[0] for f in news if f.predicate == ROBOT_ATTRIBUTE and f.args[1] == GRIPPER}
     holding = _holders(facts)
-    result = set(facts)
-    for robot in robots_in(facts):
+    result = set(facts[ROBOT_ATTRIBUTE])
+    for robot in _robots_in(facts):
         full, empty = (Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, value)) for value in (FULL, EMPTY))
         if robot in holding:
-            result = (result - {empty}) | {full}
+            result.discard(empty)
+            result.add(full)
         elif robot in held_before and robot not in told:
-            result = (result - {full}) | {empty}
-    return frozenset(result)
+            result.discard(full)
+            result.add(empty)
+    return result
 
 
-def _holders(facts: Iterable[Fact]) -> frozenset[str]:
+def _holders(facts: _Grouped) -> frozenset[str]:
     """Where objects are: locations and robots."""
-    return frozenset(f.args[2] for f in facts if f.predicate == OBJECT_POSITION)
+    return frozenset(fact.args[2] for fact in facts[OBJECT_POSITION])
