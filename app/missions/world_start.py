@@ -27,7 +27,6 @@ from app.missions.ending import end_mission
 from app.planning.hold_service import end_spans
 from app.planning.proposals import close_plans
 from app.store import (
-    FactRow,
     GoalRow,
     LostRobotRow,
     MissionRow,
@@ -87,8 +86,8 @@ def start_world_run(
         core.facts.numbers.complete(session, world, known | solid, source=source, at_s=0.0)
         return True
     row.run = run
-    for table in (FactRow, NumberRow):
-        session.execute(delete(table).where(table.world == world.name))
+    core.facts.begin_run(session, world.name)
+    session.execute(delete(NumberRow).where(NumberRow.world == world.name))
     facts = initial_facts(world, core.knowledge_base)
     renew_tunings(session, world.name)
     renew_rules(session, world.name)

@@ -1,16 +1,21 @@
-"""The world model's facts in the database: each with source and time; each change increments the world's version."""
+"""The world model's facts in the database: each with source and time; each change increments the world's version.
 
-from collections.abc import Iterable, Mapping, Sequence
+They are kept in memory, too, by the world's run and version: a large world has thousands, and most transactions need
+all.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
-from sqlalchemy import bindparam, select
+from sqlalchemy import bindparam, delete, insert, select, update
 from sqlalchemy.orm import Session
 
 from app.domain.events import Belief, FactsChanged, FactsContradicted
 from app.domain.world_model.beliefs import DERIVED, ROBOT_POSITION
 from app.domain.world_model.timeliness import DatedFact, subjects_of
 from app.domain.world_model.vocabulary import symbolic, symbolic_all
-from app.store import FactRow, UnknownRow, WorldRow
+from app.store import FactRow, UnknownRow, WorldRow, after_commit
 from app.store.event_log import EventLog
 from app.store.numbers import NumberStore
 from app.store.records import lock_world
@@ -21,18 +26,53 @@ from planner import Fact, KnowledgeBase
 
 REMEMBERED_BELIEFS = 5
 """How many contradicted beliefs a fact keeps, the newest (our choice)."""
-_CHANGED = "changed facts"
-"""Key of `Session.info`: the worlds whose facts the transaction has changed."""
 _LOCKED = "locked facts"
 """Key of `Session.info`: the facts of the worlds that the transaction has locked, by world."""
 
 
 # Made once: making a select() takes as long as executing it. One statement: the version and the facts of one instant.
 _FACTS = (
-    select(FactRow.predicate, FactRow.args, WorldRow.version)
+    select(FactRow.predicate, FactRow.args, WorldRow.run, WorldRow.version)
     .join(WorldRow, WorldRow.id == FactRow.world)
     .where(FactRow.world == bindparam("world"))
 )
+_KNOWN = (
+    select(FactRow.predicate, FactRow.args, FactRow.source, FactRow.at_s, FactRow.instead_of)
+    .where(FactRow.world == bindparam("world"))
+    .order_by(FactRow.atom)
+)
+_AS_IT_IS: Mapping[str, Any] = {"synchronize_session": False}
+"""No object of the session stands for a row of these statements."""
+_Belief = dict[str, Any]
+"""An earlier belief as it is recorded with a fact: `predicate`, `args`, `source`, `at_s`."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """A believed fact.
+
+    :param instead_of: earlier beliefs that it contradicts, newest first.
+    """
+
+    dated: DatedFact
+    instead_of: Sequence[_Belief]
+
+    @property
+    def fact(self) -> Fact:
+        return self.dated.fact
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """A world's committed facts in memory.
+
+    :param of: the world's run and version that they belong to.
+    :param known: the same by atom; None if only the facts have been read.
+    """
+
+    of: tuple[str | None, int]
+    facts: frozenset[Fact]
+    known: Mapping[str, _Known] | None = None
 
 
 class FactStore:
@@ -42,21 +82,23 @@ class FactStore:
         self._events = events
         self._knowledge_base = knowledge_base
         self.numbers = NumberStore(events, knowledge_base)
-        self._read: dict[str, tuple[int, frozenset[Fact]]] = {}
-        """By world, the facts read last, with their version."""
+        self._kept: dict[str, _Kept] = {}
 
     def facts(self, session: Session, world: str) -> frozenset[Fact]:
-        """The world's facts, read only if its version is another than at the last call."""
-        version, facts = self._read.get(world, (None, frozenset()))
-        if version is not None and version == self.version(session, world):
-            return facts
+        """The world's facts, read only if they are not in memory."""
+        locked: Mapping[str, WorldFacts] = session.info.get(_LOCKED, {})
+        if world in locked:
+            return locked[world].facts
+        summary = summary_of(session, world)
+        kept = self._kept.get(world)
+        if kept is not None and kept.of == (summary.run, summary.version):
+            return kept.facts
         rows = session.execute(_FACTS, {"world": world}).all()
-        if rows and rows[0].version != self.version(session, world):
+        if rows and (rows[0].run, rows[0].version) != (summary.run, summary.version):
             forget_summary(session, world)  # the facts are those of a later instant
         facts = frozenset(Fact(row.predicate, tuple(row.args)) for row in rows)
-        # What this transaction has changed may be rolled back, and its version then be given to other facts.
-        if rows and world not in session.info.get(_CHANGED, ()):
-            self._read[world] = rows[0].version, facts
+        if rows:
+            self._kept[world] = _Kept((rows[0].run, rows[0].version), facts)
         return facts
 
     def supporting(self, session: Session, world: str) -> frozenset[Fact]:
@@ -84,9 +126,10 @@ class FactStore:
     def rows(self, session: Session, world: str) -> Sequence[FactRow]:
         return session.scalars(select(FactRow).where(FactRow.world == world).order_by(FactRow.atom)).all()
 
-    def believed(self, session: Session, world: str) -> list[DatedFact]:
+    def believed(self, session: Session, world: str) -> Sequence[DatedFact]:
         """Every fact with its source and time."""
-        return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self.rows(session, world)]
+        rows = session.execute(_KNOWN, {"world": world})
+        return [_dated(row.predicate, row.args, row.source, row.at_s) for row in rows]
 
     def version(self, session: Session, world: str) -> int:
         """The number of changes of the world's facts."""
@@ -100,16 +143,43 @@ class FactStore:
         """Read the world's facts, once per transaction, and lock the world until its end."""
         locked: dict[str, WorldFacts] = session.info.setdefault(_LOCKED, {})
         if world not in locked:
-            locked[world] = WorldFacts(
-                session,
-                self._events,
-                self._knowledge_base,
-                numbers=self.numbers,
-                world=self.lock(session, world),
-                rows=self.rows(session, world),
-                unknown=unknown_rows(session, world),
-            )
+            row = self.lock(session, world)
+            locked[world] = self._locked(session, row, self._known(session, row))
         return locked[world]
+
+    def begin_run(self, session: Session, world: str) -> None:
+        """Forget the world's facts: those of its new run follow."""
+        row = self.lock(session, world)
+        session.execute(delete(FactRow).where(FactRow.world == world))
+        nothing = _Kept((row.run, row.version), frozenset(), {})
+        session.info.setdefault(_LOCKED, {})[world] = self._locked(session, row, nothing)
+
+    def _locked(self, session: Session, row: WorldRow, kept: _Kept) -> "WorldFacts":
+        facts = WorldFacts(
+            session,
+            self._events,
+            self._knowledge_base,
+            numbers=self.numbers,
+            world=row,
+            kept=kept,
+            unknown=unknown_rows(session, row.id),
+        )
+        after_commit(session, lambda: self._keep(row.id, facts.kept()))
+        return facts
+
+    def _keep(self, world: str, kept: _Kept) -> None:
+        self._kept[world] = kept
+
+    def _known(self, session: Session, row: WorldRow) -> _Kept:
+        """The facts of a world that is locked, with their sources and times."""
+        kept = self._kept.get(row.id)
+        if kept is not None and kept.known is not None and kept.of == (row.run, row.version):
+            return kept
+        rows = session.execute(_KNOWN, {"world": row.id})
+        known = {
+            str(one.fact): _Known(one, instead_of) for *dated, instead_of in rows for one in [_dated(*dated)]
+        }
+        return _Kept((row.run, row.version), frozenset(one.fact for one in known.values()), known)
 
     def change(
         self,
@@ -145,7 +215,7 @@ class WorldFacts:
         *,
         numbers: NumberStore,
         world: WorldRow,
-        rows: Iterable[FactRow],
+        kept: _Kept,
         unknown: Iterable[UnknownRow],
     ) -> None:
         self._session = session
@@ -153,9 +223,13 @@ class WorldFacts:
         self._knowledge_base = knowledge_base
         self._numbers = numbers
         self._world = world
-        self._rows = {row.atom: row for row in rows}
-        self._facts = frozenset(Fact(row.predicate, tuple(row.args)) for row in self._rows.values())
+        self._known = dict(kept.known or {})
+        self._facts = kept.facts
         self._unknown = {row.name: row for row in unknown}
+
+    def kept(self) -> _Kept:
+        """What is true of the world once the transaction has committed."""
+        return _Kept((self._world.run, self._world.version), self._facts, self._known)
 
     @property
     def version(self) -> int:
@@ -168,7 +242,7 @@ class WorldFacts:
     @property
     def believed(self) -> Sequence[DatedFact]:
         """Every fact with its source and time."""
-        return [_dated(row.predicate, row.args, row.source, row.at_s) for row in self._rows.values()]
+        return [one.dated for one in self._known.values()]
 
     @property
     def dated(self) -> Sequence[DatedFact]:
@@ -194,43 +268,35 @@ class WorldFacts:
         :param corrects: the removed facts were wrong, rather than true until now. New facts about the same objects keep
             them, and the beliefs that they had replaced, as `instead_of`.
         """
-        world = self._world.id
         added = set(add)
-        gone = [self._rows[str(fact)] for fact in sorted(set(remove) - added) if str(fact) in self._rows]
-        new = [fact for fact in sorted(added) if str(fact) not in self._rows]
+        gone = [self._known[str(fact)] for fact in sorted(set(remove) - added) if str(fact) in self._known]
+        new = [fact for fact in sorted(added) if str(fact) not in self._known]
         again = [
             fact
             for fact in sorted(self._knowledge_base.achieved_each_time(added) - set(new))
-            if self._rows[str(fact)].at_s < at_s
+            if self._known[str(fact)].dated.at_s < at_s
         ]
-        wrong = [old for old in gone if corrects and not _ends_as_expected(old, source)]
-        before = [_belief(old) for old in wrong]
-        history = [one for old in wrong for one in (_belief(old), *old.instead_of)]
+        wrong = [old for old in gone if corrects and not _ends_as_expected(old.fact, source)]
+        before = [_belief(old.dated) for old in wrong]
+        history = [one for old in wrong for one in (_belief(old.dated), *old.instead_of)]
         if corrects:
             history += self._last_beliefs(fact.args[0] for fact in new if fact.predicate in PLACED)
         history.sort(key=lambda belief: belief["at_s"], reverse=True)
-        for old in gone:
-            self._delete(old)
-            del self._rows[old.atom]
-        for fact in new:
-            self._rows[str(fact)] = _row(world, fact, source, at_s, history)
-            self._session.add(self._rows[str(fact)])
-        for fact in again:
-            row = self._rows[str(fact)]
-            row.source = source
-            row.at_s = at_s
-            row.recorded_at = utc_now()
-        removed = [Fact(old.predicate, tuple(old.args)) for old in gone]
-        self._facts = self._facts.difference(removed).union(new)
+        removed = [old.fact for old in gone]
+        self._forget(removed)
+        self._believe(
+            _Known(DatedFact(fact=fact, source=source, at_s=at_s), _contradicted(fact, history))
+            for fact in new
+        )
+        self._say(again, source=source, at_s=at_s)
         self._note_unknown(gone, source=source, at_s=at_s)
         has_changed = bool(gone or new or again)
         if has_changed:
             self._world.version += 1
-            self._session.info.setdefault(_CHANGED, set()).add(world)
             self._events.append(
                 self._session,
                 FactsChanged(
-                    subject=world,
+                    subject=self._world.id,
                     version=self._world.version,
                     source=source,
                     added=self._relations([*new, *again]),
@@ -241,51 +307,80 @@ class WorldFacts:
             self._numbers.count(self._session, self._world, changed, self.facts, source=source, at_s=at_s)
         if before:
             believed = tuple(map(self._belief, before))
-            contradicted = FactsContradicted(subject=world, source=source, at_s=at_s, believed=believed)
+            contradicted = FactsContradicted(
+                subject=self._world.id, source=source, at_s=at_s, believed=believed
+            )
             self._events.append(self._session, contradicted)
         return has_changed
 
     def attest(self, facts: Iterable[Fact], *, source: str, at_s: float) -> None:
         """Give believed facts another source, which says the same; those that have it already keep their time."""
-        known = (self._rows.get(str(fact)) for fact in sorted(facts))
-        rows = [row for row in known if row is not None and row.source != source]
-        for row in rows:
-            row.source = source
-            row.at_s = at_s
-            row.recorded_at = utc_now()
-        if rows:
+        known = (self._known.get(str(fact)) for fact in sorted(facts))
+        others = [one.fact for one in known if one is not None and one.dated.source != source]
+        if others:
+            self._say(others, source=source, at_s=at_s)
             self._world.version += 1
-            self._session.info.setdefault(_CHANGED, set()).add(self._world.id)
 
-    def _delete(self, row: FactRow | UnknownRow) -> None:
+    def _forget(self, facts: Collection[Fact]) -> None:
+        """Delete facts that are known."""
+        self._facts = self._facts.difference(facts)
+        for fact in facts:
+            del self._known[str(fact)]
+        if facts:
+            of_world = (FactRow.world == self._world.id, FactRow.atom.in_([str(fact) for fact in facts]))
+            self._session.execute(delete(FactRow).where(*of_world), execution_options=_AS_IT_IS)
+
+    def _believe(self, known: Iterable[_Known]) -> None:
+        """Insert facts that are not known."""
+        new = {str(one.fact): one for one in known}
+        self._facts = self._facts.union(one.fact for one in new.values())
+        self._known |= new
+        if new:
+            rows = [{"world": self._world.id, "atom": atom, **_row(one)} for atom, one in new.items()]
+            self._session.execute(insert(FactRow), rows)
+
+    def _say(self, facts: Collection[Fact], *, source: str, at_s: float) -> None:
+        """Give known facts another source and time."""
+        atoms = [str(fact) for fact in facts]
+        for atom in atoms:
+            dated = replace(self._known[atom].dated, source=source, at_s=at_s)
+            self._known[atom] = replace(self._known[atom], dated=dated)
+        if atoms:
+            of_world = (FactRow.world == self._world.id, FactRow.atom.in_(atoms))
+            values = {"source": source, "at_s": at_s, "recorded_at": utc_now()}
+            self._session.execute(
+                update(FactRow).where(*of_world).values(values), execution_options=_AS_IT_IS
+            )
+
+    def _delete(self, row: UnknownRow) -> None:
         """Delete a row, which an earlier change of the same transaction may have added."""
         if row in self._session.new:
             self._session.expunge(row)
         else:
             self._session.delete(row)
 
-    def _last_beliefs(self, names: Iterable[str]) -> list[dict[str, Any]]:
+    def _last_beliefs(self, names: Iterable[str]) -> list[_Belief]:
         """What was last believed about objects and robots whose place is unknown, newest first."""
         rows = [self._unknown[name] for name in names if name in self._unknown]
         return [one for row in rows for one in (_unknown_belief(row), *row.believed.get(INSTEAD_OF, ()))]
 
-    def _note_unknown(self, gone: Iterable[FactRow], *, source: str, at_s: float) -> None:
+    def _note_unknown(self, gone: Iterable[_Known], *, source: str, at_s: float) -> None:
         """Keep the last belief about each object and robot that has lost its place, until it has one again."""
-        placed = {row.args[0] for row in self._rows.values() if row.predicate in PLACED}
+        placed = {fact.args[0] for fact in self._facts if fact.predicate in PLACED}
         for name in placed & self._unknown.keys():
             self._delete(self._unknown.pop(name))
-        for row in gone:
-            name = row.args[0]
-            if row.predicate not in PLACED or name in placed:
+        for old in gone:
+            name = old.fact.args[0]
+            if old.fact.predicate not in PLACED or name in placed:
                 continue
             unknown = self._unknown.setdefault(name, UnknownRow(world=self._world.id, name=name))
             unknown.believed = {
-                "predicate": row.predicate,
-                "args": list(row.args),
-                INSTEAD_OF: list(row.instead_of),
+                "predicate": old.fact.predicate,
+                "args": list(old.fact.args),
+                INSTEAD_OF: list(old.instead_of),
             }
-            unknown.believed_by = row.source
-            unknown.believed_at_s = row.at_s
+            unknown.believed_by = old.dated.source
+            unknown.believed_at_s = old.dated.at_s
             unknown.source = source
             unknown.since_s = at_s
             self._session.add(unknown)
@@ -309,18 +404,24 @@ def factsheet_of(robot: str) -> str:
     return f"factsheet of {robot}"
 
 
-def _ends_as_expected(old: FactRow, source: str) -> bool:
+def _ends_as_expected(old: Fact, source: str) -> bool:
     """True if a removal corrects no belief: of a derived fact, or of a position whose robot reports a new one."""
     if old.predicate == ROBOT_POSITION:
         return source == source_of(old.args[0])
     return old.predicate in DERIVED
 
 
-def _belief(row: FactRow) -> dict[str, Any]:
-    return {"predicate": row.predicate, "args": list(row.args), "source": row.source, "at_s": row.at_s}
+def _belief(known: DatedFact) -> _Belief:
+    fact = known.fact
+    return {
+        "predicate": fact.predicate,
+        "args": list(fact.args),
+        "source": known.source,
+        "at_s": known.at_s,
+    }
 
 
-def _unknown_belief(row: UnknownRow) -> dict[str, Any]:
+def _unknown_belief(row: UnknownRow) -> _Belief:
     said = {"predicate": row.believed["predicate"], "args": list(row.believed["args"])}
     return {**said, "source": row.believed_by, "at_s": row.believed_at_s}
 
@@ -329,23 +430,27 @@ def _dated(predicate: str, args: Sequence[str], source: str, at_s: float) -> Dat
     return DatedFact(fact=Fact(predicate, tuple(args)), source=source, at_s=at_s)
 
 
-def _row(world: str, fact: Fact, source: str, at_s: float, history: Sequence[dict[str, Any]]) -> FactRow:
-    """A new row for the fact.
+def _contradicted(fact: Fact, history: Sequence[_Belief]) -> Sequence[_Belief]:
+    """What a new fact contradicts.
 
     :param history: wrong beliefs, newest first; those about the same objects are kept with the fact.
     """
     about = subjects_of(fact)
-    contradicted = dict[Fact, dict[str, Any]]()
+    contradicted = dict[Fact, _Belief]()
     for belief in history:
         one = Fact(belief["predicate"], tuple(belief["args"]))
         if one != fact and not about.isdisjoint(subjects_of(one)):
             contradicted.setdefault(one, belief)
-    return FactRow(
-        world=world,
-        atom=str(fact),
-        predicate=fact.predicate,
-        args=list(fact.args),
-        source=source,
-        at_s=at_s,
-        instead_of=list(contradicted.values())[:REMEMBERED_BELIEFS],
-    )
+    return list(contradicted.values())[:REMEMBERED_BELIEFS]
+
+
+def _row(known: _Known) -> dict[str, Any]:
+    dated = known.dated
+    return {
+        "predicate": dated.fact.predicate,
+        "args": list(dated.fact.args),
+        "source": dated.source,
+        "at_s": dated.at_s,
+        "instead_of": list(known.instead_of),
+        "recorded_at": utc_now(),
+    }

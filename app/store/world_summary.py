@@ -25,12 +25,13 @@ from app.store.tables import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorldSummary:
-    """The counters of a world's row, the number of its newest edition, and whether it has rows of other tables.
+    """The run and counters of a world's row, the number of its newest edition, and whether it has rows of other tables.
 
     :param has_holds: some hold stands.
     :param waiting_workflow: of the world's row.
     """
 
+    run: str | None
     version: int
     numbers_version: int
     releases: int
@@ -45,6 +46,7 @@ class WorldSummary:
 
 
 NOTHING = WorldSummary(
+    run=None,
     version=0,
     numbers_version=0,
     releases=0,
@@ -61,6 +63,7 @@ _SUMMARIES = "world summaries"
 """Key of `Session.info`: by world, the writes of the transaction before its summary was read, and the summary."""
 _WORLD: BindParameter[str] = bindparam("world")
 _QUERY = select(
+    WorldRow.run,
     WorldRow.version,
     WorldRow.numbers_version,
     WorldRow.releases,

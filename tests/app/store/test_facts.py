@@ -1,5 +1,6 @@
-"""Facts are read from the database again exactly if they have changed."""
+"""Facts are read from the database again exactly if another process has changed them."""
 
+import random
 from contextlib import suppress
 
 import pytest
@@ -58,6 +59,53 @@ def test_a_transaction_sees_its_own_changes_and_nobody_does_once_they_are_rolled
 
 def test_unchanged_facts_are_not_read_again(database: Database, facts: FactStore) -> None:
     assert _known(database, facts) is _known(database, facts)
+
+
+def test_a_new_run_has_none_of_the_facts_of_the_last_one(database: Database, facts: FactStore) -> None:
+    other = _store(database)
+    assert _known(database, facts) == _known(database, other) == {HERE}
+    with database.write() as session:
+        row = session.get_one(WorldRow, WORLD)
+        row.run, row.version = "next", row.version - 1  # as of a world that was removed and added again
+        facts.begin_run(session, WORLD)
+        assert facts.facts(session, WORLD) == frozenset()
+        facts.change(session, WORLD, add=[THERE], source="file", at_s=0.0)
+    assert _known(database, facts) == _known(database, other) == {THERE}
+    with database.read() as session:
+        assert [one.fact for one in _store(database).believed(session, WORLD)] == [THERE]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_is_in_memory_is_what_is_recorded(database: Database, facts: FactStore, seed: int) -> None:
+    """Two processes change facts, withdraw them and give them other sources, and some of it is rolled back."""
+    chance = random.Random(seed)
+    processes = (facts, _store(database))
+    some = [STORE.fact(f"in(sample_{n}, bay_{m})") for n in (1, 2) for m in (1, 2, 3)]
+    for step in range(30):
+        process = chance.choice(processes)
+        with suppress(LookupError), database.write() as session:
+            for _ in range(chance.randint(1, 3)):
+                world = process.read_locked(session, WORLD)
+                source, at_s = chance.choice(["yard_1", "store_1"]), float(step)
+                if chance.random() < 0.2:
+                    world.attest(chance.sample(some, 2), source=source, at_s=at_s)
+                else:
+                    world.change(
+                        add=chance.sample(some, chance.randint(0, 2)),
+                        remove=chance.sample(some, chance.randint(0, 2)),
+                        source=source,
+                        at_s=at_s,
+                        corrects=chance.random() < 0.5,
+                    )
+            if chance.random() < 0.3:
+                raise LookupError
+        fresh = _store(database)
+        with database.write() as session:
+            recorded = fresh.read_locked(session, WORLD).kept()
+        for each in processes:
+            assert _known(database, each) == recorded.facts
+            with database.write() as session:
+                assert each.read_locked(session, WORLD).kept() == recorded
 
 
 def test_a_goal_that_is_achieved_each_time_counts_only_from_when_it_was_done_again(
