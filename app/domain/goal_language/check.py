@@ -236,14 +236,13 @@ def _storing(
     sample: str, place: str, goals: Sequence[SymbolicFact], world: WorldFile, facts: Facts
 ) -> Iterator[GoalIssue]:
     """Issues with a goal that a sample lies in a location."""
-    free = free_for(sample, world, facts)
     if world.location(place).capacity == 0:
         yield GoalIssue(
             code="place-holds-no-samples",
             kind="invalid",
             detail=f"{place} holds no samples",
             thing=place,
-            choices=free,
+            choices=free_for(sample, world, facts),
         )
         return
     if there := [other for other in remaining_samples(place, goals, world, facts) if other != sample]:
@@ -252,7 +251,7 @@ def _storing(
             kind="conflict",
             detail=f"{place} is occupied by {joined(there, last='and')}",
             thing=place,
-            choices=free,
+            choices=free_for(sample, world, facts),
         )
     yield from _reachable(sample, place, world, facts)
 
