@@ -86,20 +86,27 @@ class FactStore:
 
     def facts(self, session: Session, world: str) -> frozenset[Fact]:
         """The world's facts, read only if they are not in memory."""
-        locked: Mapping[str, WorldFacts] = session.info.get(_LOCKED, {})
-        if world in locked:
-            return locked[world].facts
-        summary = summary_of(session, world)
-        kept = self._kept.get(world)
-        if kept is not None and kept.of == (summary.run, summary.version):
+        locked = _locked_in(session).get(world)
+        if locked is not None:
+            return locked.facts
+        kept = self._kept_now(session, world)
+        if kept is not None:
             return kept.facts
         rows = session.execute(_FACTS, {"world": world}).all()
-        if rows and (rows[0].run, rows[0].version) != (summary.run, summary.version):
-            forget_summary(session, world)  # the facts are those of a later instant
         facts = frozenset(Fact(row.predicate, tuple(row.args)) for row in rows)
         if rows:
-            self._kept[world] = _Kept((rows[0].run, rows[0].version), facts)
+            read = _Kept((rows[0].run, rows[0].version), facts)
+            summary = summary_of(session, world)
+            if read.of != (summary.run, summary.version):
+                forget_summary(session, world)  # the facts are those of a later instant
+            self._kept[world] = read
         return facts
+
+    def _kept_now(self, session: Session, world: str) -> _Kept | None:
+        """The world's facts in memory, if they are the present ones."""
+        summary = summary_of(session, world)
+        kept = self._kept.get(world)
+        return kept if kept is not None and kept.of == (summary.run, summary.version) else None
 
     def supporting(self, session: Session, world: str) -> frozenset[Fact]:
         """The world's facts and those that stand for comparisons of its numbers: what plans may rest on."""
@@ -128,8 +135,12 @@ class FactStore:
 
     def believed(self, session: Session, world: str) -> Sequence[DatedFact]:
         """Every fact with its source and time."""
-        rows = session.execute(_KNOWN, {"world": world})
-        return [_dated(row.predicate, row.args, row.source, row.at_s) for row in rows]
+        locked = _locked_in(session).get(world)
+        if locked is not None:
+            return locked.believed
+        kept = self._kept_now(session, world)
+        known = _read(session, world) if kept is None or kept.known is None else kept.known
+        return [one.dated for one in known.values()]
 
     def version(self, session: Session, world: str) -> int:
         """The number of changes of the world's facts."""
@@ -141,7 +152,7 @@ class FactStore:
 
     def read_locked(self, session: Session, world: str) -> "WorldFacts":
         """Read the world's facts, once per transaction, and lock the world until its end."""
-        locked: dict[str, WorldFacts] = session.info.setdefault(_LOCKED, {})
+        locked = _locked_in(session)
         if world not in locked:
             row = self.lock(session, world)
             locked[world] = self._locked(session, row, self._known(session, row))
@@ -152,7 +163,7 @@ class FactStore:
         row = self.lock(session, world)
         session.execute(delete(FactRow).where(FactRow.world == world))
         nothing = _Kept((row.run, row.version), frozenset(), {})
-        session.info.setdefault(_LOCKED, {})[world] = self._locked(session, row, nothing)
+        _locked_in(session)[world] = self._locked(session, row, nothing)
 
     def _locked(self, session: Session, row: WorldRow, kept: _Kept) -> "WorldFacts":
         facts = WorldFacts(
@@ -175,10 +186,7 @@ class FactStore:
         kept = self._kept.get(row.id)
         if kept is not None and kept.known is not None and kept.of == (row.run, row.version):
             return kept
-        rows = session.execute(_KNOWN, {"world": row.id})
-        known = {
-            str(one.fact): _Known(one, instead_of) for *dated, instead_of in rows for one in [_dated(*dated)]
-        }
+        known = _read(session, row.id)
         return _Kept((row.run, row.version), frozenset(one.fact for one in known.values()), known)
 
     def change(
@@ -392,6 +400,20 @@ class WorldFacts:
     def _belief(self, before: Mapping[str, Any]) -> Belief:
         fact = symbolic(Fact(before["predicate"], tuple(before["args"])), self._knowledge_base)
         return Belief(predicate=fact.predicate, args=fact.args, source=before["source"], at_s=before["at_s"])
+
+
+def _locked_in(session: Session) -> dict[str, WorldFacts]:
+    """The facts of the worlds that the transaction has locked and read, by world."""
+    return session.info.setdefault(_LOCKED, {})  # type: ignore[no-any-return]
+
+
+def _read(session: Session, world: str) -> dict[str, _Known]:
+    """The recorded facts by atom."""
+    known = {}
+    for *dated, instead_of in session.execute(_KNOWN, {"world": world}):
+        one = _dated(*dated)
+        known[str(one.fact)] = _Known(one, instead_of)
+    return known
 
 
 def source_of(robot: str) -> str:
