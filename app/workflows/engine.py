@@ -32,6 +32,7 @@ UNUSED_POLLING_S = 4.0
 """Interval at which DBOS looks for kinds of workflows that there are none of. The lock that it holds meanwhile on
 PostgreSQL is taken from it after 5 s."""
 WITH_WAITING = frozenset(queue.name for queue in QUEUES if queue.waits)
+"""The names of the queues whose workflows wait for each other's ends."""
 WAKE = "wake"
 """The topic of the announcement that wakes a workflow of another process, before its id."""
 QUEUE_POLLING_S = 0.25
