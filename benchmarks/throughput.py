@@ -235,9 +235,8 @@ def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[Throu
             to_the_end = streams_of(range(1, rounds + 1), finished=True)
             done = through(api, service.events, to_the_end, finished=True)
             to_a_plan = streams_of(untrue_after(rounds), finished=False)
-            through(
-                api, service.events, to_a_plan, finished=False
-            )  # not counted: the other process is started
+            # Not counted, either: meanwhile the other process is started.
+            through(api, service.events, to_a_plan, finished=False)
             started_s = time.monotonic()
             while worker.free_count < PROCESSES and time.monotonic() < started_s + START_S:
                 time.sleep(RECEIVE_S)

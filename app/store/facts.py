@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from sqlalchemy import bindparam, delete, insert, select, update
+from sqlalchemy import ColumnElement, bindparam, delete, insert, select, update
 from sqlalchemy.orm import Session
 
 from app.domain.events import Belief, FactsChanged, FactsContradicted
@@ -67,12 +67,12 @@ class _Kept:
     """A world's committed facts in memory.
 
     :param of: the world's run and version that they belong to.
-    :param known: the same by atom; None if only the facts have been read.
+    :param known: what is known of each; None if only the facts have been read.
     """
 
     of: tuple[str | None, int]
     facts: frozenset[Fact]
-    known: Mapping[str, _Known] | None = None
+    known: Mapping[Fact, _Known] | None = None
 
 
 class FactStore:
@@ -187,7 +187,7 @@ class FactStore:
         if kept is not None and kept.known is not None and kept.of == (row.run, row.version):
             return kept
         known = _read(session, row.id)
-        return _Kept((row.run, row.version), frozenset(one.fact for one in known.values()), known)
+        return _Kept((row.run, row.version), frozenset(known), known)
 
     def change(
         self,
@@ -232,12 +232,11 @@ class WorldFacts:
         self._numbers = numbers
         self._world = world
         self._known = dict(kept.known or {})
-        self._facts = kept.facts
         self._unknown = {row.name: row for row in unknown}
 
     def kept(self) -> _Kept:
         """What is true of the world once the transaction has committed."""
-        return _Kept((self._world.run, self._world.version), self._facts, self._known)
+        return _Kept((self._world.run, self._world.version), self.facts, self._known)
 
     @property
     def version(self) -> int:
@@ -245,7 +244,7 @@ class WorldFacts:
 
     @property
     def facts(self) -> frozenset[Fact]:
-        return self._facts
+        return frozenset(self._known)
 
     @property
     def believed(self) -> Sequence[DatedFact]:
@@ -277,12 +276,12 @@ class WorldFacts:
             them, and the beliefs that they had replaced, as `instead_of`.
         """
         added = set(add)
-        gone = [self._known[str(fact)] for fact in sorted(set(remove) - added) if str(fact) in self._known]
-        new = [fact for fact in sorted(added) if str(fact) not in self._known]
+        gone = [self._known[fact] for fact in sorted(set(remove) - added) if fact in self._known]
+        new = [fact for fact in sorted(added) if fact not in self._known]
         again = [
             fact
             for fact in sorted(self._knowledge_base.achieved_each_time(added) - set(new))
-            if self._known[str(fact)].dated.at_s < at_s
+            if self._known[fact].dated.at_s < at_s
         ]
         wrong = [old for old in gone if corrects and not _ends_as_expected(old.fact, source)]
         before = [_belief(old.dated) for old in wrong]
@@ -323,7 +322,7 @@ class WorldFacts:
 
     def attest(self, facts: Iterable[Fact], *, source: str, at_s: float) -> None:
         """Give believed facts another source, which says the same; those that have it already keep their time."""
-        known = (self._known.get(str(fact)) for fact in sorted(facts))
+        known = (self._known.get(fact) for fact in sorted(facts))
         others = [one.fact for one in known if one is not None and one.dated.source != source]
         if others:
             self._say(others, source=source, at_s=at_s)
@@ -331,34 +330,31 @@ class WorldFacts:
 
     def _forget(self, facts: Collection[Fact]) -> None:
         """Delete facts that are known."""
-        self._facts = self._facts.difference(facts)
         for fact in facts:
-            del self._known[str(fact)]
+            del self._known[fact]
         if facts:
-            of_world = (FactRow.world == self._world.id, FactRow.atom.in_([str(fact) for fact in facts]))
-            self._session.execute(delete(FactRow).where(*of_world), execution_options=_AS_IT_IS)
+            self._session.execute(delete(FactRow).where(*self._are(facts)), execution_options=_AS_IT_IS)
 
     def _believe(self, known: Iterable[_Known]) -> None:
         """Insert facts that are not known."""
-        new = {str(one.fact): one for one in known}
-        self._facts = self._facts.union(one.fact for one in new.values())
+        new = {one.fact: one for one in known}
         self._known |= new
         if new:
-            rows = [{"world": self._world.id, "atom": atom, **_row(one)} for atom, one in new.items()]
+            rows = [{"world": self._world.id, **_row(one)} for one in new.values()]
             self._session.execute(insert(FactRow), rows)
 
     def _say(self, facts: Collection[Fact], *, source: str, at_s: float) -> None:
         """Give known facts another source and time."""
-        atoms = [str(fact) for fact in facts]
-        for atom in atoms:
-            dated = replace(self._known[atom].dated, source=source, at_s=at_s)
-            self._known[atom] = replace(self._known[atom], dated=dated)
-        if atoms:
-            of_world = (FactRow.world == self._world.id, FactRow.atom.in_(atoms))
-            values = {"source": source, "at_s": at_s, "recorded_at": utc_now()}
-            self._session.execute(
-                update(FactRow).where(*of_world).values(values), execution_options=_AS_IT_IS
-            )
+        for fact in facts:
+            dated = replace(self._known[fact].dated, source=source, at_s=at_s)
+            self._known[fact] = replace(self._known[fact], dated=dated)
+        if facts:
+            change = update(FactRow).values(source=source, at_s=at_s, recorded_at=utc_now())
+            self._session.execute(change.where(*self._are(facts)), execution_options=_AS_IT_IS)
+
+    def _are(self, facts: Iterable[Fact]) -> tuple[ColumnElement[bool], ...]:
+        """Conditions on the rows of these facts."""
+        return FactRow.world == self._world.id, FactRow.atom.in_([str(fact) for fact in facts])
 
     def _delete(self, row: UnknownRow) -> None:
         """Delete a row, which an earlier change of the same transaction may have added."""
@@ -374,7 +370,7 @@ class WorldFacts:
 
     def _note_unknown(self, gone: Iterable[_Known], *, source: str, at_s: float) -> None:
         """Keep the last belief about each object and robot that has lost its place, until it has one again."""
-        placed = {fact.args[0] for fact in self._facts if fact.predicate in PLACED}
+        placed = {fact.args[0] for fact in self._known if fact.predicate in PLACED}
         for name in placed & self._unknown.keys():
             self._delete(self._unknown.pop(name))
         for old in gone:
@@ -407,12 +403,12 @@ def _locked_in(session: Session) -> dict[str, WorldFacts]:
     return session.info.setdefault(_LOCKED, {})  # type: ignore[no-any-return]
 
 
-def _read(session: Session, world: str) -> dict[str, _Known]:
-    """The recorded facts by atom."""
+def _read(session: Session, world: str) -> dict[Fact, _Known]:
+    """What is recorded of each fact."""
     known = {}
     for *dated, instead_of in session.execute(_KNOWN, {"world": world}):
         one = _dated(*dated)
-        known[str(one.fact)] = _Known(one, instead_of)
+        known[one.fact] = _Known(one, instead_of)
     return known
 
 
@@ -467,12 +463,9 @@ def _contradicted(fact: Fact, history: Sequence[_Belief]) -> Sequence[_Belief]:
 
 
 def _row(known: _Known) -> dict[str, Any]:
-    dated = known.dated
     return {
-        "predicate": dated.fact.predicate,
-        "args": list(dated.fact.args),
-        "source": dated.source,
-        "at_s": dated.at_s,
+        **_belief(known.dated),
+        "atom": str(known.fact),
         "instead_of": list(known.instead_of),
         "recorded_at": utc_now(),
     }

@@ -31,8 +31,6 @@ APPLICATION_VERSION = "2"
 UNUSED_POLLING_S = 4.0
 """Interval at which DBOS looks for kinds of workflows that there are none of. The lock that it holds meanwhile on
 PostgreSQL is taken from it after 5 s."""
-WITH_WAITING = frozenset(queue.name for queue in QUEUES if queue.waits)
-"""The names of the queues whose workflows wait for each other's ends."""
 WAKE = "wake"
 """The topic of the announcement that wakes a workflow of another process, before its id."""
 QUEUE_POLLING_S = 0.25
@@ -258,7 +256,7 @@ class Workflows:
         end before may have had room for one of two that wait.
         """
         name = queue_of(self._dbos, workflow_id)
-        if name in WITH_WAITING and name in self._listeners:
+        if name in self._listeners:
             self._listeners[name].poll_after(workflow_id)
 
     def _may_dequeue(self) -> bool:

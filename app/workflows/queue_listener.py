@@ -36,6 +36,7 @@ class QueueListener:
         :param waits: whether workflows of the queue wait for others' ends.
         :param may_dequeue: False while workflows are to be left to other processes.
         """
+        self._waits = waits
         self._pause = PollPause(
             may_dequeue,
             is_busy=lambda: waits and running_in(dbos, queue.name) > 0,
@@ -51,8 +52,9 @@ class QueueListener:
         self._pause.cut_short()
 
     def poll_after(self, workflow_id: str) -> None:
-        """Poll as soon as the end of this workflow, whose function returns, is recorded."""
-        self._pause.cut_short(workflow_id)
+        """Poll as soon as the end of this workflow, whose function returns, is recorded, if others wait for ends."""
+        if self._waits:
+            self._pause.cut_short(workflow_id)
 
     def stop(self) -> None:
         self._pause.set()

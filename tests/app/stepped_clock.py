@@ -1,6 +1,8 @@
-"""A wall clock that moves only when a test says so."""
+"""Wall clocks that move only when a test says so."""
 
 import threading
+
+from app.domain.clock import SystemClock
 
 
 class SteppedClock:
@@ -36,3 +38,13 @@ class SteppedClock:
     def set_back(self, step_s: float) -> None:
         with self._lock:
             self._epoch_s -= step_s
+
+
+class HeldClock(SystemClock):
+    """Waits as long as the system's clock does, while its monotonic time moves only when a test says so."""
+
+    def __init__(self) -> None:
+        self.now_s = 1000.0
+
+    def monotonic_s(self) -> float:
+        return self.now_s

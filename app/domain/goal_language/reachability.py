@@ -11,9 +11,9 @@ from app.domain.goal_language.words import joined, natural_key
 from app.domain.world_model.beliefs import (
     CAN,
     IN_AREA,
-    OBJECT_POSITION,
     REACHES,
     Facts,
+    holders,
     place_of,
     robots_in,
     storing,
@@ -94,7 +94,7 @@ def chain_from(start: str, facts: Facts, crews: Crews) -> frozenset[str]:
 
 def free_places(world: WorldFile, facts: Facts) -> tuple[str, ...]:
     """The places with room for a sample now."""
-    filled = {fact.args[2] for fact in facts if fact.predicate == OBJECT_POSITION}
+    filled = holders(facts)
     free = [place.name for place in world.places if place.capacity > 0 and place.name not in filled]
     return tuple(sorted(free, key=natural_key))
 

@@ -98,6 +98,11 @@ def occupants(place: str, facts: Iterable[Fact]) -> tuple[str, ...]:
     return tuple(sorted(f.args[0] for f in facts if f.predicate == OBJECT_POSITION and f.args[2] == place))
 
 
+def holders(facts: Iterable[Fact]) -> frozenset[str]:
+    """Where objects are: locations and robots."""
+    return frozenset(fact.args[2] for fact in facts if fact.predicate == OBJECT_POSITION)
+
+
 def robots_in(facts: Iterable[Fact]) -> frozenset[str]:
     return frozenset(fact.args[0] for fact in facts if fact.predicate in OF_ROBOTS)
 
@@ -115,11 +120,11 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
     are always derived.
     """
     news = list(news)
-    before = _by_predicate(facts)
-    with_news = _by_predicate(news, before)
+    kept = _by_predicate(facts)
+    held_before = holders(kept[OBJECT_POSITION])
+    with_news = _by_predicate(news, kept)
     zones = frozenset(fact.args[-1] for name in (IN_ZONE, ZONE_CLEAR) for fact in with_news[name])
     places = _storing(with_news)
-    kept = _by_predicate((), before)
     for fact in gone:
         kept[fact.predicate].discard(fact)
     robots = _robots_in(kept)
@@ -131,7 +136,7 @@ def revise_beliefs(facts: Facts, news: Iterable[Fact], gone: Iterable[Fact] = ()
         kept[fact.predicate].add(fact)
     for name in (BROUGHT, HOLDS_ALONE):
         kept[name] = {fact for fact in kept[name] if not _is_outdated(fact, kept)}
-    kept[ROBOT_ATTRIBUTE] = _with_grippers(kept, _holders(before), news)
+    kept[ROBOT_ATTRIBUTE] = _with_grippers(kept, held_before, news)
     return _with_derived(kept, places, zones)
 
 
@@ -162,7 +167,7 @@ def _by_predicate(facts: Iterable[Fact], known: _Grouped | None = None) -> _Grou
 
 
 def _robots_in(facts: _Grouped) -> frozenset[str]:
-    return frozenset(fact.args[0] for name in OF_ROBOTS for fact in facts[name])
+    return robots_in(chain.from_iterable(facts[name] for name in OF_ROBOTS))
 
 
 def _is_outdated(fact: Fact, facts: _Grouped) -> bool:
@@ -207,7 +212,7 @@ def storing(facts: Facts) -> frozenset[str]:
 
 def _storing(facts: _Grouped) -> frozenset[str]:
     vacant = {fact.args[0] for fact in facts[VACANT]}
-    return (_holders(facts) - _robots_in(facts)) | vacant
+    return (holders(facts[OBJECT_POSITION]) - _robots_in(facts)) | vacant
 
 
 def robots_in_zones(
@@ -243,7 +248,7 @@ def _with_derived(facts: _Grouped, places: frozenset[str], zones: frozenset[str]
     return frozenset(
         chain(
             *(of_name for name, of_name in facts.items() if name not in DERIVED),
-            (Fact(VACANT, (place,)) for place in places - _holders(facts)),
+            (Fact(VACANT, (place,)) for place in places - holders(facts[OBJECT_POSITION])),
             (Fact(CLEAR, pair) for pair in reached - stands),
             (Fact(ZONE_CLEAR, (zone,)) for zone in zones - inside.keys()),
         )
@@ -256,7 +261,7 @@ def _with_grippers(facts: _Grouped, held_before: frozenset[str], news: Iterable[
     NOTE: a robot's own report on its gripper is kept: it may hold an object that is in no fact.
     """
     told = {f.args[0] for f in news if f.predicate == ROBOT_ATTRIBUTE and f.args[1] == GRIPPER}
-    holding = _holders(facts)
+    holding = holders(facts[OBJECT_POSITION])
     result = set(facts[ROBOT_ATTRIBUTE])
     for robot in _robots_in(facts):
         full, empty = (Fact(ROBOT_ATTRIBUTE, (robot, GRIPPER, value)) for value in (FULL, EMPTY))
@@ -267,8 +272,3 @@ def _with_grippers(facts: _Grouped, held_before: frozenset[str], news: Iterable[
             result.discard(full)
             result.add(empty)
     return result
-
-
-def _holders(facts: _Grouped) -> frozenset[str]:
-    """Where objects are: locations and robots."""
-    return frozenset(fact.args[2] for fact in facts[OBJECT_POSITION])

@@ -7,9 +7,8 @@ it as Python and do small work only; once it is, compiled ones replace them.
 import logging
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
@@ -112,10 +111,8 @@ class PlanningWorker:
         self._lock = threading.Lock()
         self._members: list[_Member] = []
         self._line: WaitingLine[_Member] = WaitingLine()
-        self._binding = Counter[str]()
-        """By world, the work whose result binds and which is being done or recorded."""
         self._recording = Counter[str]()
-        """By world, those of them whose result is being recorded."""
+        """By world, the results that bind and are being recorded."""
         self._bound = Counter[str]()
         """By world, the results recorded that bind."""
         self._ready: Future[bool] = Future()
@@ -193,24 +190,23 @@ class PlanningWorker:
                 cancelled: WorkResult[Answer] = WorkResult(status=PlanningStatus.NOT_FOUND, reason=CANCELLED)
                 conclude(cancelled)
                 return cancelled
-            with self._binding_of(job) as record:
-                try:
-                    if renew is not None and self._is_outdated(ticket):
-                        work = renew()
-                    result = member.process.do(work, time_limit_s, watch)
-                    record()
-                except ProcessDied as death:
-                    if self._closed:
-                        raise WorkerClosed from death
-                    cause = str(death)
-                    if member.process.is_idle and spare:
-                        spare -= 1
-                    else:
-                        attempts -= 1
-                    continue
-                finally:
-                    self._give_back(member)
-                conclude(result)
+            result: WorkResult[Answer] | None = None
+            try:
+                if renew is not None and self._is_outdated(ticket):
+                    work = renew()
+                result = member.process.do(work, time_limit_s, watch)
+            except ProcessDied as death:
+                if self._closed:
+                    raise WorkerClosed from death
+                cause = str(death)
+                if member.process.is_idle and spare:
+                    spare -= 1
+                else:
+                    attempts -= 1
+            finally:
+                self._give_back(member, recorded=None if result is None else job)
+            if result is not None:
+                self._record(job, result, conclude)
                 return result
         failed: WorkResult[Answer] = WorkResult(
             status=PlanningStatus.FAILED, reason=f"the planning process ended unexpectedly ({cause})"
@@ -250,27 +246,16 @@ class PlanningWorker:
                 self._line.leave(ticket)
         return ticket
 
-    @contextmanager
-    def _binding_of(self, job: Job) -> Iterator[Callable[[], None]]:
-        """While a job that `_assign` has given to a process is done and its result, which may bind, is recorded.
-
-        Yields what is to be called before the process is free again, once there is a result to record.
-        """
-        recorded = 0
-
-        def record() -> None:
-            nonlocal recorded
-            recorded = int(job.binds)
-            with self._lock:
-                self._recording[job.world] += recorded
-
+    def _record(
+        self, job: Job, result: WorkResult[Answer], conclude: Callable[[WorkResult[Answer]], None]
+    ) -> None:
+        """Have a result recorded; if it binds, work of its world that has waited for that may begin then."""
         try:
-            yield record
+            conclude(result)
         finally:
             with self._lock:
-                self._binding[job.world] -= job.binds
-                self._recording[job.world] -= recorded
-                self._bound[job.world] += recorded
+                self._recording[job.world] -= job.binds
+                self._bound[job.world] += job.binds
                 self._assign()
 
     def _is_outdated(self, ticket: Ticket[_Member]) -> bool:
@@ -284,7 +269,6 @@ class PlanningWorker:
         for member in self._free():
             if ticket := self._line.next(partial(self._may_begin, is_compiled=member.is_compiled)):
                 member.job = ticket.job
-                self._binding[ticket.job.world] += ticket.job.binds
                 member.since_s = self._clock.monotonic_s()
                 ticket.call(member)
 
@@ -300,7 +284,9 @@ class PlanningWorker:
         job = ticket.job
         if job.priority is Priority.RECOVERY or self._clock.monotonic_s() >= ticket.since_s + IN_TURN_S:
             return False
-        return (self._binding if job.binds else self._recording)[job.world] > 0
+        jobs = [one.job for one in self._members if one.job is not None]
+        is_binding_done = any(one.binds and one.world == job.world for one in jobs)
+        return self._recording[job.world] > 0 or (job.binds and is_binding_done)
 
     def _waits_for_compilation(self, ticket: Ticket[_Member]) -> bool:
         is_patient = self._clock.monotonic_s() < ticket.since_s + COMPILATION_S
@@ -341,9 +327,14 @@ class PlanningWorker:
         if may_add:
             self._add()
 
-    def _give_back(self, member: _Member) -> None:
+    def _give_back(self, member: _Member, *, recorded: Job | None = None) -> None:
+        """
+        :param recorded: the job whose result is recorded from now on; None if there is no result.
+        """
         with self._lock:
             member.job = None
+            if recorded is not None:
+                self._recording[recorded.world] += recorded.binds
             is_replaced = not member.process.is_alive
             outdated = [one for one in self._members if not one.is_compiled and self._has_compiled()]
             lasting = sum(1 for one in self._members if one.is_ready and one not in outdated)

@@ -11,13 +11,13 @@ import psycopg
 import pytest
 from sqlalchemy import text
 
-from app.domain.clock import SystemClock
 from app.store import Database, announce
 from app.store.engine import CHANNEL
 from app.workflows import MISSIONS, PLANNING, QUEUES, Workflows, or_give_up, sleep_until_woken, step
 from app.workflows import Queue as WorkflowQueue
 from app.workflows.engine import WAKE
 from app.workflows.notifications import NotificationListener
+from tests.app.stepped_clock import HeldClock
 from tests.databases import ON_BOTH
 from tests.waiting import until
 
@@ -25,15 +25,13 @@ pytestmark = ON_BOTH
 HARDLY_EVER_S = 3600.0
 
 
-class StandingClock(SystemClock):
-    """Waits as long as the system's clock does, while its monotonic time stands still."""
+class StandingClock(HeldClock):
+    """Counts the waits of each thread."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.waits = Counter[str]()
         """By the thread's name."""
-
-    def monotonic_s(self) -> float:
-        return 1000.0
 
     def wait(self, event: threading.Event, timeout_s: float) -> bool:
         self.waits[threading.current_thread().name] += 1

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.clock import SystemClock
 from app.domain.errors import Unavailable
 from app.planning.pool.pool import IN_TURN_S, RENEWED_AFTER_S, PlanningWorker, WorkerClosed
 from app.planning.pool.process import POLL_S, TERMINATE_S, Watch
@@ -19,7 +18,7 @@ from app.planning.pool.work import PLANNER, PlanWork, Solutions, WorkResult
 from planner import PlanningRequest, PlanningStatus, Progress
 from robots.background_compilation import BackgroundCompilation, Stage
 from tests.app.planning.fake_engine import make_fake_engine, make_no_engine, problem
-from tests.app.stepped_clock import SteppedClock
+from tests.app.stepped_clock import HeldClock, SteppedClock
 from tests.waiting import until
 
 PATIENCE_S = 60.0
@@ -103,16 +102,6 @@ def test_a_second_process_is_started_once_work_finds_none_free() -> None:
     start_second(worker)
     assert len(worker.pids) == 2
     worker.close()
-
-
-class HeldClock(SystemClock):
-    """Waits as long as the system's clock does, while its monotonic time moves only when a test says so."""
-
-    def __init__(self) -> None:
-        self.now_s = 1000.0
-
-    def monotonic_s(self) -> float:
-        return self.now_s
 
 
 @dataclass
