@@ -6,8 +6,8 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
-from multiprocessing.process import BaseProcess
 
+from robots.child_processes import start_child
 from robots.compilation import IN_BACKGROUND, Group, compile_once, compiles, is_being_compiled, is_compiled
 from robots.data import StrEnum
 
@@ -106,7 +106,7 @@ class BackgroundCompilation:
             self._announce()
 
     def _have_compiled(self, groups: Sequence[Group]) -> None:
-        process = _start(groups)
+        process = start_child(_compile, tuple(groups), name="compiling", shares=False)
         try:
             while process.is_alive() and not self._ending.is_set():
                 process.join(POLL_S)
@@ -138,22 +138,6 @@ class BackgroundCompilation:
     def _announce(self) -> None:
         for callback in self._callbacks:
             callback()
-
-
-def start_with_interrupts_blocked(start: Callable[[], None]) -> None:
-    """Start a child with SIGINT blocked, by the inherited signal mask: only the parent handles Ctrl-C."""
-    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        start()
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
-
-
-def _start(groups: Sequence[Group]) -> BaseProcess:
-    context = multiprocessing.get_context("spawn")
-    process = context.Process(target=_compile, args=(tuple(groups),), name="compiling", daemon=True)
-    start_with_interrupts_blocked(process.start)
-    return process
 
 
 def _compile(groups: Sequence[Group]) -> None:

@@ -7,6 +7,7 @@ functions as Python until the mark is there.
 """
 
 import fcntl
+import logging
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +17,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from robots.kernels import VARIABLE
+
+logger = logging.getLogger(__name__)
 
 DISABLED = "NUMBA_DISABLE_JIT"
 """numba's own switch: compiled functions run as Python."""
@@ -98,6 +101,21 @@ def compile_once(group: Group, tell: Callable[[str], None]) -> None:
             tell(f"compiling the {group.name}: once, then it is kept in {_folder()}")
             group.compile()
             _mark(group).touch()
+
+
+def load(group: Group) -> bool:
+    """Call the group's functions once if their machine code is cached: processes forked from this one have it loaded.
+
+    :returns: False: it is not cached, or cannot be loaded, which is logged; processes that need it do what is needed.
+    """
+    if not compiles() or not is_compiled(group):
+        return False
+    try:
+        group.compile()
+    except Exception:
+        logger.exception("the %s cannot be loaded", group.name)
+        return False
+    return True
 
 
 def _folder() -> Path:

@@ -30,6 +30,8 @@ app = typer.Typer(
 )
 WITHOUT_COMPILED_CODE = {"world", "alive", "robot"}
 """Commands that call no compiled function."""
+PLANNING, SIMULATING = "app.planning.pool.preloaded", "sim.process.preloaded"
+"""What the child processes of a service share."""
 
 
 @app.callback()
@@ -69,6 +71,10 @@ def serve(
     ] = False,
 ) -> None:
     """Serve the HTTP API and the console; worlds are simulated here or, with --broker, by `macta fleet`."""
+    from robots.child_processes import share
+
+    # First: it takes a second or two in a process of its own, meanwhile this one imports what it needs.
+    share(PLANNING, *([] if broker or "MACTA_BROKER_URL" in os.environ else [SIMULATING]))
     from app.cli.serve import serve as run
 
     given = {"host": host, "port": port, "data": data, "broker_url": broker, "packs": pack}

@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any, Self
 
-from robots.background_compilation import start_with_interrupts_blocked
+from robots.child_processes import start_child
 from robots.executive.breakpoints import Debugging
 from robots.link import PipeLink
 from robots.world import Edition, WorldFile
@@ -101,10 +101,9 @@ class SimulationProcess:
         :param tell: called with a message when the start takes long, such as while functions are compiled.
         :raises SimulationError: if it cannot be built; the message says why.
         """
-        context = multiprocessing.get_context("spawn")
-        control, far_control = context.Pipe()
-        link, far_link = context.Pipe()
-        now_s = context.RawValue("d", 0.0)
+        control, far_control = multiprocessing.Pipe()
+        link, far_link = multiprocessing.Pipe()
+        now_s = multiprocessing.RawValue("d", 0.0)
         order = WorldOrder(
             world=world,
             seed=seed,
@@ -114,13 +113,7 @@ class SimulationProcess:
             edition=edition,
             packet_files=packet_files,
         )
-        process = context.Process(
-            target=run,
-            args=(order, Channels(far_control, far_link, now_s)),
-            name=f"world-{world.name}",
-            daemon=True,
-        )
-        start_with_interrupts_blocked(process.start)
+        process = start_child(run, order, Channels(far_control, far_link, now_s), name=f"world-{world.name}")
         far_control.close()
         far_link.close()
         return cls(process, control, PipeLink(link), now_s, tell)

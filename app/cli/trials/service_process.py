@@ -12,6 +12,7 @@ from pathlib import Path
 import httpx2
 
 from app.domain.clock import SYSTEM_CLOCK, WallClock, pause
+from app.planning.pool.process import PROCESS_NAME
 from app.planning.pool.process_tree import Running, kill, tree_of
 
 READY_TIMEOUT_S = 600.0
@@ -141,11 +142,8 @@ class ServiceProcess:
         return holder_of(self.data / "worlds", tree_of(self.process.pid))
 
     def planners(self) -> list[Running]:
-        """Its planning processes; none while the simulation is starting, which cannot be told from them then."""
-        tree = tree_of(self.process.pid)
-        simulation = holder_of(self.data / "worlds", tree)
-        spawned = [one for one in tree if b"spawn_main" in _command(one)]
-        return [] if simulation is None else [one for one in spawned if one != simulation]
+        """Its planning processes."""
+        return [one for one in tree_of(self.process.pid) if one.name == PROCESS_NAME]
 
 
 def holder_of(folder: Path, tree: list[Running]) -> Running | None:
@@ -167,10 +165,3 @@ def _opened(process: Running) -> Iterator[Path]:
             yield Path(os.readlink(f"/proc/{process.pid}/fd/{name}"))
         except OSError:
             continue
-
-
-def _command(process: Running) -> bytes:
-    try:
-        return Path(f"/proc/{process.pid}/cmdline").read_bytes()
-    except OSError:
-        return b""

@@ -14,7 +14,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock, pause
 from app.planning.pool.process_tree import kill, tree_of
 from app.planning.pool.work import Answer, Work, WorkResult
 from planner import Observer, PlanningEngine, PlanningStatus, Progress
-from robots.background_compilation import start_with_interrupts_blocked
+from robots.child_processes import start_child
 from robots.compilation import run_uncompiled
 
 GRACE_S = 10.0
@@ -29,6 +29,7 @@ NICENESS = 3
 EXIT_S = 5.0
 """Time for a process to end after its pipe was closed or its service has ended."""
 
+PROCESS_NAME = "planning"
 CANCELLED = "planning was cancelled"
 
 Tell: TypeAlias = Callable[[str], None]
@@ -118,12 +119,8 @@ class PlanningProcess:
         :param memory_mb: limit of its memory beyond that after warm-up, native engines included.
         :param grace_s: the process is ended when its work exceeds its time limit by this.
         """
-        context = multiprocessing.get_context("spawn")
-        self._pipe, child_end = context.Pipe()
-        self._process = context.Process(
-            target=_serve, args=(make_engine, child_end, is_compiled), name="planning", daemon=True
-        )
-        start_with_interrupts_blocked(self._process.start)
+        self._pipe, child_end = multiprocessing.Pipe()
+        self._process = start_child(_serve, make_engine, child_end, is_compiled, name=PROCESS_NAME)
         child_end.close()
         self._ending = threading.Lock()
         self._allowed_mb = memory_mb

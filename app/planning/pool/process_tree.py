@@ -23,6 +23,14 @@ class Running:
         return _began(self.pid) == self.began
 
     @property
+    def name(self) -> str:
+        """What it calls itself, cut to 15 bytes by the kernel; empty once it has ended."""
+        try:
+            return (PROCESSES / str(self.pid) / "comm").read_text().strip()
+        except OSError:
+            return ""
+
+    @property
     def memory_mb(self) -> float:
         """Its resident memory; 0 once it has ended."""
         try:

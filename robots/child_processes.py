@@ -1,0 +1,69 @@
+"""Child processes: how they are started and named, and what they share.
+
+A process that is started from nothing imports everything anew: for a planner or a world a second of CPU time and more
+than 100 MB. After `share`, children are forked from one process that has imported and loaded that already (Python's
+fork server). They share its memory as long as they do not write to it, and start at once. That process runs nothing
+else and has no threads, so that nothing is under way when it is forked.
+"""
+
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context
+from multiprocessing.forkserver import ensure_running, set_forkserver_preload
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+_shared: list[str] = []
+
+
+def share(*modules: str) -> None:
+    """Have the children that are started from now on share these modules, which are imported now, in the background.
+
+    For entry points. What is not found there is imported by each child that needs it.
+
+    :param modules: dotted names; what their import loads is shared, too.
+    """
+    _shared[:] = modules
+    set_forkserver_preload(_shared)
+    with _interrupts_blocked():
+        ensure_running()
+
+
+def start_child(target: Callable[..., None], *args: Any, name: str, shares: bool = True) -> BaseProcess:
+    """Start a process that calls a function, and ends with this one; it has this one's environment.
+
+    SIGINT is blocked in it: only the parent handles Ctrl-C.
+
+    :param target: a function of a module; it and its arguments are pickled.
+    :param name: the process's own, as `ps -o comm` shows it.
+    :param shares: False: it is started from nothing, for it needs other things or much memory for a short time.
+    """
+    context: Any = get_context("forkserver" if shares and _shared else "spawn")
+    process: BaseProcess = context.Process(
+        target=_call, args=(target, args, name, dict(os.environ)), name=name, daemon=True
+    )
+    with _interrupts_blocked():
+        process.start()
+    return process
+
+
+def _call(target: Callable[..., None], args: tuple[Any, ...], name: str, environment: dict[str, str]) -> None:
+    """The child's main function."""
+    os.environ.clear()
+    os.environ.update(environment)
+    with suppress(OSError):  # there is no /proc
+        Path("/proc/self/comm").write_text(name)
+    target(*args)
+
+
+@contextmanager
+def _interrupts_blocked() -> Iterator[None]:
+    """The block in which processes are started that have SIGINT blocked, by the inherited signal mask."""
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
