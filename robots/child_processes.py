@@ -10,11 +10,15 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.forkserver import ensure_running, set_forkserver_preload
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from threading import Event
 from typing import Any
+
+ATTEMPTS = 20
+PAUSE_S = 0.05
 
 _shared: list[str] = []
 
@@ -45,8 +49,16 @@ def start_child(target: Callable[..., None], *args: Any, name: str, shares: bool
     process: BaseProcess = context.Process(
         target=_call, args=(target, args, name, dict(os.environ)), name=name, daemon=True
     )
-    with _interrupts_blocked():
-        process.start()
+    for attempts_left in reversed(range(ATTEMPTS)):
+        try:
+            with _interrupts_blocked():
+                process.start()
+            break
+        except (EOFError, OSError):
+            # NOTE: the process that children are forked from was killed; it is started again once its end is noticed.
+            if not attempts_left:
+                raise
+            Event().wait(PAUSE_S)
     return process
 
 
@@ -62,6 +74,7 @@ def _call(target: Callable[..., None], args: tuple[Any, ...], name: str, environ
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
     """The block in which processes are started that have SIGINT blocked, by the inherited signal mask."""
+    resource_tracker.ensure_running()  # the first time, it unblocks what is blocked
     previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

@@ -30,8 +30,6 @@ app = typer.Typer(
 )
 WITHOUT_COMPILED_CODE = {"world", "alive", "robot"}
 """Commands that call no compiled function."""
-PLANNING, SIMULATING = "app.planning.pool.preloaded", "sim.process.preloaded"
-"""What the child processes of a service share."""
 
 
 @app.callback()
@@ -71,6 +69,7 @@ def serve(
     ] = False,
 ) -> None:
     """Serve the HTTP API and the console; worlds are simulated here or, with --broker, by `macta fleet`."""
+    from app.cli.shared_modules import PLANNING, SIMULATING
     from robots.child_processes import share
 
     # First: it takes a second or two in a process of its own, meanwhile this one imports what it needs.

@@ -43,6 +43,10 @@ def fleet(
 
 def worker(world: Worlds = None, pack: PackNames = None, broker: Broker = None) -> None:
     """Plan goals for the services on the same database (MACTA_DATABASE_URL)."""
+    from app.cli.shared_modules import PLANNING
+    from robots.child_processes import share
+
+    share(PLANNING)
     from planner.engines.garbage_collection import loading
 
     with loading():

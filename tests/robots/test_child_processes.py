@@ -1,0 +1,88 @@
+"""Child processes: named, with their parent's environment, forked from one process after `share`."""
+
+import json
+import multiprocessing
+import os
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+from robots.child_processes import start_child
+from tests.robots import children
+
+VARIABLE = "MACTA_TEST_OF_CHILDREN"
+END_S = 60.0
+SHARING = f"""
+import json, multiprocessing, os, signal, sys
+from pathlib import Path
+from robots.child_processes import share, start_child
+from tests.robots.children import SHARED, tell
+
+def told(name, **options):
+    near, far = multiprocessing.Pipe()
+    child = start_child(tell, far, "{VARIABLE}", name=name, **options)
+    far.close()
+    answer = near.recv()
+    child.join()
+    return answer | {{"exit": child.exitcode}}
+
+if __name__ == "__main__":
+    share(*sys.argv[1:], SHARED)
+    os.environ["{VARIABLE}"] = "set later"
+    found = [told("one"), told("other"), told("alone", shares=False)]
+    os.kill(found[0]["parent"], signal.SIGKILL)
+    found.append(told("after"))
+    print(json.dumps([os.getpid(), *found]))
+"""
+
+
+def sharing(*modules: str) -> list[Any]:
+    """The process that shared modules, and what four children said of themselves: the third shares nothing, the fourth
+    is started after the process was killed that the first two were forked from.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", SHARING, *modules], capture_output=True, text=True, check=True, timeout=END_S
+    )
+    assert done.stderr == ""
+    found: list[Any] = json.loads(done.stdout)
+    return found
+
+
+def test_a_child_has_its_name_its_parents_environment_and_no_interrupts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv(VARIABLE, "set before")
+    near, far = multiprocessing.Pipe()
+    child = start_child(children.tell, far, VARIABLE, name="named")
+    assert near.poll(END_S)
+    told = near.recv()
+    child.join()
+    assert told == {
+        "parent": os.getpid(),
+        "name": "named",
+        "variable": "set before",
+        "blocks_interrupts": True,
+        "has_shared": False,
+    }
+
+
+def test_children_are_forked_from_one_process_that_has_what_they_share() -> None:
+    me, one, other, alone, after = sharing()
+    assert one == {
+        "parent": one["parent"],
+        "name": "one",
+        "variable": "set later",
+        "blocks_interrupts": True,
+        "has_shared": True,
+        "exit": 0,
+    }
+    assert one["parent"] == other["parent"] != me
+    assert (alone["parent"], alone["has_shared"]) == (me, False)
+    assert after["parent"] not in (me, one["parent"]), "killed, it is started again"
+    assert after["has_shared"]
+
+
+def test_a_module_that_is_missing_is_left_out() -> None:
+    assert [told["has_shared"] for told in sharing("robots.no_such_module")[1:]] == [True, True, False, True]
