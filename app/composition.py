@@ -27,6 +27,7 @@ from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
 from app.api.app import Services, build_api
 from app.api.recordings import recorded_bodies
+from app.background_compilation import BackgroundCompilation, Stage
 from app.core import Core
 from app.domain.mission_organiser import Margin
 from app.domain.world_model.senses import restricted_senses
@@ -98,7 +99,6 @@ from app.workflows import (
 from app.workflows.leases import Executor, ExecutorRegistry
 from app.workflows.notifications import NotificationListener
 from app.workflows.retention import Retention
-from robots.background_compilation import BackgroundCompilation, Stage
 from robots.clock import Clock
 from robots.link.mqtt.inbox import Rejected
 from robots.link.mqtt.signature import OrderSigner

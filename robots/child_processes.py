@@ -1,7 +1,7 @@
 """Child processes: how they are started and named, and what they share.
 
 A process that is started from nothing imports everything anew: for a planner or a world a second of CPU time and more
-than 100 MB. After `share`, children are forked from one process that has imported and loaded that already (Python's
+than 100 MB. With `sharing`, children are forked from one process that has imported and loaded that already (Python's
 fork server). They share its memory as long as they do not write to it, and start at once. That process runs nothing
 else and has no threads, so that nothing is under way when it is forked.
 """
@@ -23,10 +23,11 @@ PAUSE_S = 0.05
 _shared: list[str] = []
 
 
-def share(*modules: str) -> None:
-    """Have the children that are started from now on share these modules, which are imported now, in the background.
+@contextmanager
+def sharing(*modules: str) -> Iterator[None]:
+    """The block in which the children that are started share these modules, which are imported now, in the background.
 
-    For entry points. What is not found there is imported by each child that needs it.
+    For entry points, once in a process. What is not found there is imported by each child that needs it.
 
     :param modules: dotted names; what their import loads is shared, too.
     """
@@ -34,6 +35,10 @@ def share(*modules: str) -> None:
     set_forkserver_preload(_shared)
     with _interrupts_blocked():
         ensure_running()
+    try:
+        yield
+    finally:
+        _shared.clear()
 
 
 def start_child(target: Callable[..., None], *args: Any, name: str, shares: bool = True) -> BaseProcess:

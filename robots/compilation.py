@@ -2,7 +2,7 @@
 
 Functions are compiled in groups. One process at a time compiles a group, under the group's lock in the cache folder;
 the kernel releases the lock when that process ends, however it ends. A file beside the machine code marks a group as
-complete. Where another process compiles in the background (`robots.background_compilation`), a process runs the
+complete. Where another process compiles in the background, as a service has it done, a process runs the
 functions as Python until the mark is there.
 """
 

@@ -21,12 +21,12 @@ WIRING = {Path("app/composition.py"), *(p.relative_to(ROOT) for p in (ROOT / "ap
 SERVICE_SIDE = {Path("robots/world")}
 """World files: known to simulation and service, not to a robot."""
 ORDER = {
-    "app": """cli composition api missions planning recordings agents core workflows settings
+    "app": """cli composition api missions planning recordings agents core workflows settings background_compilation
         database_url packs store domain""",
     "planner": """up_engine up_registration repair engines alternatives native_process interchange explanation bounds
         relaxation problem plan_nets knowledge compiled fact errors""",
     "robots": """adapters social deliberative executive repertoire reactive conditions perception physical world
-        contract link wire compiled background_compilation compilation kernels clock data extensions errors""",
+        contract link wire compiled compilation kernels child_processes clock data extensions errors""",
     "sim": """trials process world bodies physics truth snapshot clock error""",
     "web": """viewer live_world recording page_feed world_feed scene document_cache viser_private api_types""",
 }

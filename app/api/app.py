@@ -49,6 +49,7 @@ from app.api.viewer_proxy import view_router, viewer_router
 from app.api.world_changes import world_changes_router
 from app.api.world_set import world_set_router
 from app.api.worlds import worlds_router
+from app.background_compilation import Stage
 from app.missions.dialogues import DialogueService
 from app.missions.embodiments import EmbodimentService
 from app.missions.factsheets import Factsheets
@@ -74,7 +75,6 @@ from app.settings import Settings
 from app.store.event_log import EventLog
 from app.workflows import PLANNING
 from app.workflows.leases import Executor, ExecutorRegistry
-from robots.background_compilation import Stage
 from robots.clock import Clock
 from robots.link.mqtt.inbox import Rejected
 

@@ -5,8 +5,8 @@ from contextlib import contextmanager
 
 from rich.console import Console
 
+from app.background_compilation import BackgroundCompilation
 from app.cli.start_progress import StartProgress
-from robots.background_compilation import BackgroundCompilation
 from robots.compilation import Group
 from robots.world import WorldFile
 

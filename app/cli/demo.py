@@ -12,6 +12,7 @@ from rich.table import Column
 
 from app.api.bodies import plan_body
 from app.api.mission_bodies import MissionBody
+from app.background_compilation import BackgroundCompilation
 from app.cli.background import SMALL_ROBOTS, ending, groups_for
 from app.cli.goal_input import FACT, read_goals
 from app.cli.ground_truth import holds
@@ -30,7 +31,6 @@ from app.packs.pack_set import Packs
 from app.planning.goal_service import GoalRequest
 from app.settings import Settings
 from app.store import GoalRow, ResultRow
-from robots.background_compilation import BackgroundCompilation
 from robots.compilation import uncompiled
 from robots.wire import SymbolicFact
 from robots.world import WorldFile

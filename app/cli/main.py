@@ -70,22 +70,23 @@ def serve(
 ) -> None:
     """Serve the HTTP API and the console; worlds are simulated here or, with --broker, by `macta fleet`."""
     from app.cli.shared_modules import PLANNING, SIMULATING
-    from robots.child_processes import share
+    from robots.child_processes import sharing
 
-    # First: it takes a second or two in a process of its own, meanwhile this one imports what it needs.
-    share(PLANNING, *([] if broker or "MACTA_BROKER_URL" in os.environ else [SIMULATING]))
-    from app.cli.serve import serve as run
+    simulating = [] if broker or "MACTA_BROKER_URL" in os.environ else [SIMULATING]
+    # Before the other imports: it takes a second or two in a process of its own.
+    with sharing(PLANNING, *simulating):
+        from app.cli.serve import serve as run
 
-    given = {"host": host, "port": port, "data": data, "broker_url": broker, "packs": pack}
-    with reported_errors():
-        run(
-            named_worlds(world, packs_of(pack)),
-            speed or 1.0,
-            seed,
-            {k: v for k, v in given.items() if v is not None},
-            start_new=afresh,
-        )
-    leave(0)
+        given = {"host": host, "port": port, "data": data, "broker_url": broker, "packs": pack}
+        with reported_errors():
+            run(
+                named_worlds(world, packs_of(pack)),
+                speed or 1.0,
+                seed,
+                {k: v for k, v in given.items() if v is not None},
+                start_new=afresh,
+            )
+        leave(0)
 
 
 @app.command()

@@ -44,18 +44,18 @@ def fleet(
 def worker(world: Worlds = None, pack: PackNames = None, broker: Broker = None) -> None:
     """Plan goals for the services on the same database (MACTA_DATABASE_URL)."""
     from app.cli.shared_modules import PLANNING
-    from robots.child_processes import share
+    from robots.child_processes import sharing
 
-    share(PLANNING)
-    from planner.engines.garbage_collection import loading
+    with sharing(PLANNING):
+        from planner.engines.garbage_collection import loading
 
-    with loading():
-        from app.cli.worker import worker as run
+        with loading():
+            from app.cli.worker import worker as run
 
-    given = {"broker_url": broker, "packs": pack}
-    with reported_errors():
-        run(named_worlds(world, packs_of(pack)), {k: v for k, v in given.items() if v is not None})
-    leave(0)
+        given = {"broker_url": broker, "packs": pack}
+        with reported_errors():
+            run(named_worlds(world, packs_of(pack)), {k: v for k, v in given.items() if v is not None})
+        leave(0)
 
 
 alive = typer.Typer(

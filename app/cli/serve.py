@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from app.api.connections import BoundedListener, ConnectionLimits, Connections, throttle_warnings
+from app.background_compilation import BackgroundCompilation
 from app.cli.background import background_compilation, groups_for
 from app.cli.http_server import HttpServer
 from app.cli.long_running import (
@@ -32,7 +33,6 @@ from app.domain.errors import Invalid, Unavailable
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.work import make_engine
 from app.settings import Settings
-from robots.background_compilation import BackgroundCompilation
 from robots.world import WorldFile
 from sim import SupervisedWorld
 

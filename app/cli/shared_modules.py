@@ -1,4 +1,4 @@
-"""Modules that the child processes of a command share (`robots.child_processes.share`)."""
+"""Modules that the child processes of a command share (`robots.child_processes.sharing`)."""
 
 PLANNING = "app.planning.pool.preloaded"
 SIMULATING = "sim.process.preloaded"

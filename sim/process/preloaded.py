@@ -1,4 +1,4 @@
-"""What processes of worlds share (`robots.child_processes.share`): modules, and the machine code of the simulation."""
+"""What worlds' processes share (`robots.child_processes.sharing`): modules, and the machine code of the simulation."""
 
 # ruff: noqa: F401, imported for the processes that are forked
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import Future
 
+from app.background_compilation import Stage
 from app.planning.pool.pool import PlanningWorker
 from app.planning.pool.process import Watch
 from app.planning.pool.status import PoolStatus
@@ -18,7 +19,6 @@ from planner import (
     PlanningResult,
     PlanningStatus,
 )
-from robots.background_compilation import Stage
 
 
 class InProcessWorker(PlanningWorker):

@@ -12,6 +12,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
 
+from app.background_compilation import BackgroundCompilation, Stage
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.errors import Unavailable
 from app.planning.pool.process import (
@@ -29,7 +30,6 @@ from app.planning.pool.status import PoolStatus, ProcessState, ProcessStatus, wa
 from app.planning.pool.waiting_line import Job, Priority, Ticket, WaitingLine
 from app.planning.pool.work import PLANNER, Answer, Work, WorkResult
 from planner import PlanningStatus
-from robots.background_compilation import BackgroundCompilation, Stage
 
 logger = logging.getLogger(__name__)
 

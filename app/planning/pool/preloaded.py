@@ -1,4 +1,4 @@
-"""What planning processes share (`robots.child_processes.share`): modules, and the machine code of the planner."""
+"""What planning processes share (`robots.child_processes.sharing`): modules, and the machine code of the planner."""
 
 import gc
 

@@ -5,8 +5,8 @@ from enum import StrEnum
 
 from pydantic import BaseModel
 
+from app.background_compilation import Stage
 from app.planning.pool.waiting_line import Job
-from robots.background_compilation import Stage
 
 
 class ProcessState(StrEnum):

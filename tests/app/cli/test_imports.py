@@ -68,18 +68,18 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         pytest.param(
             "import app.cli.main, app.cli.serve",
             PHYSICS | COMPILER | PLANNER | {"fastapi", "dbos", "alembic"},
-            1055,
+            1061,
             id="serve, before it listens",
         ),
         pytest.param(
             "import app.cli.main, app.cli.serve, app.composition",
             PHYSICS | COMPILER | PLANNER | {"alembic"},
-            1661,
+            1667,
             id="service",
         ),
         pytest.param(PLANNING, SIMULATION | DATABASE | SERVER, 770, id="planning process"),
         pytest.param(
-            WORLD, DATABASE | SERVER | {"planner", "unified_planning", "lark"}, 593, id="world's process"
+            WORLD, DATABASE | SERVER | {"planner", "unified_planning", "lark"}, 598, id="world's process"
         ),
     ],
 )

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from app.background_compilation import BackgroundCompilation, Stage
 from app.domain.errors import Unavailable
 from app.planning.pool.pool import IN_TURN_S, RENEWED_AFTER_S, PlanningWorker, WorkerClosed
 from app.planning.pool.process import POLL_S, TERMINATE_S, Watch
 from app.planning.pool.waiting_line import Job, Priority
 from app.planning.pool.work import PLANNER, PlanWork, Solutions, WorkResult
 from planner import PlanningRequest, PlanningStatus, Progress
-from robots.background_compilation import BackgroundCompilation, Stage
 from tests.app.planning.fake_engine import make_fake_engine, make_no_engine, problem
 from tests.app.stepped_clock import HeldClock, SteppedClock
 from tests.waiting import until

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from robots.background_compilation import BackgroundCompilation, Stage
+from app.background_compilation import BackgroundCompilation, Stage
 from robots.compilation import IN_BACKGROUND, Group, compile_once, is_compiled, uncompiled
 from robots.kernels import VARIABLE
 from tests.waiting import until
