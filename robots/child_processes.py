@@ -29,12 +29,13 @@ def sharing(*modules: str) -> Iterator[None]:
 
     For entry points, once in a process. What is not found there is imported by each child that needs it.
 
-    :param modules: dotted names; what their import loads is shared, too.
+    :param modules: dotted names; what their import loads is shared, too. None: nothing is shared.
     """
     _shared[:] = modules
-    set_forkserver_preload(_shared)
-    with _interrupts_blocked():
-        ensure_running()
+    if modules:
+        set_forkserver_preload(_shared)
+        with _interrupts_blocked():
+            ensure_running()
     try:
         yield
     finally:

@@ -69,12 +69,11 @@ def serve(
     ] = False,
 ) -> None:
     """Serve the HTTP API and the console; worlds are simulated here or, with --broker, by `macta fleet`."""
-    from app.cli.shared_modules import PLANNING, SIMULATING
+    from app.cli.shared_modules import shared_by_service
     from robots.child_processes import sharing
 
-    simulating = [] if broker or "MACTA_BROKER_URL" in os.environ else [SIMULATING]
     # Before the other imports: it takes a second or two in a process of its own.
-    with sharing(PLANNING, *simulating):
+    with sharing(*shared_by_service(broker)):
         from app.cli.serve import serve as run
 
         given = {"host": host, "port": port, "data": data, "broker_url": broker, "packs": pack}

@@ -1,4 +1,16 @@
 """Modules that the child processes of a command share (`robots.child_processes.sharing`)."""
 
+import os
+
 PLANNING = "app.planning.pool.preloaded"
 SIMULATING = "sim.process.preloaded"
+
+
+def shared_by_service(broker: str | None) -> list[str]:
+    """What a service's children share: decided by the environment, before the settings are read, for it comes first.
+
+    :param broker: as it is given to the command.
+    """
+    plans = os.environ.get("MACTA_PLANNING_PROCESSES") != "0"
+    simulates = not (broker or os.environ.get("MACTA_BROKER_URL"))
+    return [PLANNING] * plans + [SIMULATING] * simulates
