@@ -6,9 +6,9 @@ all.
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
-from sqlalchemy import ColumnElement, bindparam, delete, insert, select, update
+from sqlalchemy import Table, bindparam, delete, insert, select, update
 from sqlalchemy.orm import Session
 
 from app.domain.events import Belief, FactsChanged, FactsContradicted
@@ -41,8 +41,15 @@ _KNOWN = (
     .where(FactRow.world == bindparam("world"))
     .order_by(FactRow.atom)
 )
-_AS_IT_IS: Mapping[str, Any] = {"synchronize_session": False}
-"""No object of the session stands for a row of these statements."""
+# Of the table: no object of a session stands for a row of it.
+_ROWS = cast(Table, FactRow.__table__)
+_THESE = _ROWS.c.world == bindparam("of_world"), _ROWS.c.atom.in_(bindparam("atoms", expanding=True))
+_FORGET = delete(_ROWS).where(*_THESE)
+_SAY = (
+    update(_ROWS)
+    .where(*_THESE)
+    .values(source=bindparam("new_source"), at_s=bindparam("new_at_s"), recorded_at=bindparam("now"))
+)
 _Belief = dict[str, Any]
 """An earlier belief as it is recorded with a fact: `predicate`, `args`, `source`, `at_s`."""
 
@@ -333,7 +340,7 @@ class WorldFacts:
         for fact in facts:
             del self._known[fact]
         if facts:
-            self._session.execute(delete(FactRow).where(*self._are(facts)), execution_options=_AS_IT_IS)
+            self._session.execute(_FORGET, self._these(facts))
 
     def _believe(self, known: Iterable[_Known]) -> None:
         """Insert facts that are not known."""
@@ -349,12 +356,12 @@ class WorldFacts:
             dated = replace(self._known[fact].dated, source=source, at_s=at_s)
             self._known[fact] = replace(self._known[fact], dated=dated)
         if facts:
-            change = update(FactRow).values(source=source, at_s=at_s, recorded_at=utc_now())
-            self._session.execute(change.where(*self._are(facts)), execution_options=_AS_IT_IS)
+            said = {"new_source": source, "new_at_s": at_s, "now": utc_now()}
+            self._session.execute(_SAY, self._these(facts) | said)
 
-    def _are(self, facts: Iterable[Fact]) -> tuple[ColumnElement[bool], ...]:
-        """Conditions on the rows of these facts."""
-        return FactRow.world == self._world.id, FactRow.atom.in_([str(fact) for fact in facts])
+    def _these(self, facts: Iterable[Fact]) -> dict[str, Any]:
+        """What `_FORGET` and `_SAY` ask for: these facts of the world."""
+        return {"of_world": self._world.id, "atoms": [str(fact) for fact in facts]}
 
     def _delete(self, row: UnknownRow) -> None:
         """Delete a row, which an earlier change of the same transaction may have added."""

@@ -5,15 +5,23 @@ API use the rel/ref form, `in(sample_1, bay_7)` (MACTA §5, "relationship-refere
 """
 
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 
 from planner import Fact, KnowledgeBase, KnowledgeBaseError
 from robots.wire import SymbolicFact
 
+KNOWN_RELATIONS = 10_000
+"""Facts in rel/ref form that are kept: the same ones are in plans, events and answers again and again."""
+
+
+@lru_cache(maxsize=KNOWN_RELATIONS)
+def _relation(predicate: str, args: tuple[str, ...]) -> SymbolicFact:
+    return SymbolicFact(predicate=predicate, args=args)
+
 
 def symbolic(fact: Fact, knowledge_base: KnowledgeBase) -> SymbolicFact:
     """The fact in the rel/ref form of the wire and the API."""
-    predicate, args = knowledge_base.to_relation(fact)
-    return SymbolicFact(predicate=predicate, args=args)
+    return _relation(*knowledge_base.to_relation(fact))
 
 
 def symbolic_all(facts: Iterable[Fact], knowledge_base: KnowledgeBase) -> tuple[SymbolicFact, ...]:
