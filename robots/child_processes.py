@@ -6,6 +6,7 @@ fork server). They share its memory as long as they do not write to it, and star
 else and has no threads, so that nothing is under way when it is forked.
 """
 
+import logging
 import os
 import signal
 from collections.abc import Callable, Iterator
@@ -16,6 +17,8 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Event
 from typing import Any
+
+logger = logging.getLogger(__name__)
 
 ATTEMPTS = 20
 PAUSE_S = 0.05
@@ -32,10 +35,14 @@ def sharing(*modules: str) -> Iterator[None]:
     :param modules: dotted names; what their import loads is shared, too. None: nothing is shared.
     """
     _shared[:] = modules
-    if modules:
-        set_forkserver_preload(_shared)
-        with _interrupts_blocked():
-            ensure_running()
+    try:
+        if modules:
+            set_forkserver_preload(_shared)
+            with _interrupts_blocked():
+                ensure_running()
+    except OSError as error:  # no folder for its socket, say
+        logger.warning("planning processes and worlds take more memory, they cannot share any: %s", error)
+        _shared.clear()
     try:
         yield
     finally:

@@ -7,7 +7,7 @@ SIMULATING = "sim.process.preloaded"
 
 
 def shared_by_service(broker: str | None) -> list[str]:
-    """What a service's children share: decided by the environment, before the settings are read, for it comes first.
+    """What a service's children share, by its option and environment alone: they are started before settings are read.
 
     :param broker: as it is given to the command.
     """

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from robots.child_processes import start_child
+from robots.child_processes import sharing, start_child
 from tests.robots import children
 
 VARIABLE = "MACTA_TEST_OF_CHILDREN"
@@ -67,6 +67,23 @@ def test_a_child_has_its_name_its_parents_environment_and_no_interrupts(
         "blocks_interrupts": True,
         "has_shared": False,
     }
+
+
+def test_without_what_they_are_forked_from_children_are_started_alone(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail() -> None:
+        raise OSError("no folder for it")
+
+    monkeypatch.setattr("robots.child_processes.ensure_running", fail)
+    near, far = multiprocessing.Pipe()
+    with sharing(children.SHARED):
+        child = start_child(children.tell, far, VARIABLE, name="alone")
+    assert near.poll(END_S)
+    told = near.recv()
+    child.join()
+    assert (told["parent"], told["has_shared"]) == (os.getpid(), False)
+    assert "no folder for it" in caplog.text
 
 
 def test_children_are_forked_from_one_process_that_has_what_they_share() -> None:
