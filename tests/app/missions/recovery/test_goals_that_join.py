@@ -9,9 +9,11 @@ from app.composition import Service
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
 from tests.databases import ON_BOTH
-from tests.waiting import ENDED, read_until, until
+from tests.waiting import ENDED, awaited, read_until, until
 
 Thing = dict[str, Any]
+SUBMITTED = 202
+BEING_TRIED = "is planning; only goals that wait can join"
 FOR_EVER_S = 1_000_000.0
 TEAM = ("yard_1", "yard_2", "store_1", "store_2")
 
@@ -40,8 +42,14 @@ def waiting(api: TestClient, follow: Follow, text: str = "move sample_4 to bay_8
     return str(goal)
 
 
-def ask(api: TestClient, mission: str, *goals: str, status: int = 202) -> Thing:
-    answer = api.post(f"{mission}:replan", json={"goals": goals})
+def ask(api: TestClient, mission: str, *goals: str, status: int = SUBMITTED) -> Thing:
+    """Ask as an operator does, who asks again if a goal that waits is just being planned: it is tried whenever a robot
+    of the mission has ended something.
+    """
+    answer = awaited(
+        lambda: api.post(f"{mission}:replan", json={"goals": goals}),
+        lambda answer: status != SUBMITTED or BEING_TRIED not in answer.text,
+    )
     assert answer.status_code == status, answer.text
     return dict(answer.json())
 
