@@ -21,9 +21,12 @@ from typing import Any
 logger = logging.getLogger(__name__)
 
 ATTEMPTS = 20
+"""At forking a child, for the process that it is to be forked from may have been killed."""
 PAUSE_S = 0.05
+"""Between two attempts: its end is noticed within a few milliseconds."""
 
-_shared: list[str] = []
+_sharing = Event()
+"""Set while children are forked."""
 
 
 @contextmanager
@@ -34,35 +37,35 @@ def sharing(*modules: str) -> Iterator[None]:
 
     :param modules: dotted names; what their import loads is shared, too. None: nothing is shared.
     """
-    _shared[:] = modules
     try:
         if modules:
-            set_forkserver_preload(_shared)
+            set_forkserver_preload([*modules])
             with _interrupts_blocked():
                 ensure_running()
+            _sharing.set()
     except OSError as error:  # no folder for its socket, say
         logger.warning("planning processes and worlds take more memory, they cannot share any: %s", error)
-        _shared.clear()
     try:
         yield
     finally:
-        _shared.clear()
+        _sharing.clear()
 
 
 def start_child(target: Callable[..., None], *args: Any, name: str, shares: bool = True) -> BaseProcess:
-    """Start a process that calls a function, and ends with this one; it has this one's environment.
+    """Start a process that calls a function, with this one's environment; it is ended when this one exits.
 
-    SIGINT is blocked in it: only the parent handles Ctrl-C.
+    SIGINT is blocked in it: only the parent handles Ctrl-C. The function notices itself if the parent is killed.
 
     :param target: a function of a module; it and its arguments are pickled.
     :param name: the process's own, as `ps -o comm` shows it.
     :param shares: False: it is started from nothing, for it needs other things or much memory for a short time.
     """
-    context: Any = get_context("forkserver" if shares and _shared else "spawn")
+    is_forked = shares and _sharing.is_set()
+    context: Any = get_context("forkserver" if is_forked else "spawn")
     process: BaseProcess = context.Process(
         target=_call, args=(target, args, name, dict(os.environ)), name=name, daemon=True
     )
-    for attempts_left in reversed(range(ATTEMPTS)):
+    for attempts_left in reversed(range(ATTEMPTS if is_forked else 1)):
         try:
             with _interrupts_blocked():
                 process.start()

@@ -11,6 +11,8 @@ def shared_by_service(broker: str | None) -> list[str]:
 
     :param broker: as it is given to the command.
     """
-    plans = os.environ.get("MACTA_PLANNING_PROCESSES") != "0"
-    simulates = not (broker or os.environ.get("MACTA_BROKER_URL"))
-    return [PLANNING] * plans + [SIMULATING] * simulates
+    started = {
+        PLANNING: os.environ.get("MACTA_PLANNING_PROCESSES") != "0",
+        SIMULATING: not (broker or os.environ.get("MACTA_BROKER_URL")),
+    }
+    return [module for module, is_started in started.items() if is_started]

@@ -1,8 +1,10 @@
 """What worlds' processes share (`robots.child_processes.sharing`): modules, and the machine code of the simulation."""
 
-# ruff: noqa: F401, imported for the processes that are forked
+# ruff: noqa: E402, F401, imported for the processes that are forked
 
 import gc
+
+gc.disable()  # it would scan what is being imported
 
 import sim.process.persistence
 import sim.process.world_loop
@@ -11,5 +13,5 @@ from robots.compilation import load
 from sim.process.first_calls import SIMULATION
 
 load(SIMULATION)
-gc.collect()
-gc.freeze()  # a collection in a process that is forked would write to each object, and so share none
+gc.freeze()  # collections in the forked processes would write to each object, and so share none
+gc.enable()
