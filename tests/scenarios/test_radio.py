@@ -183,6 +183,7 @@ def test_behind_a_broker_the_radio_is_as_poor_and_a_mission_comes_true_as_well(
                 getattr(service.missions, left.pop(0))(mission_id, "test", "")
             words.note()
             time.sleep(0.02)
+        words.note()  # the word that ends the mission may be the first that is heard after a silence
     assert (mission.state, mission.reason) == (MissionState.COMPLETED, "")
     assert snapshot_truth(fleet, load_world(POOR)).samples["sample_1"].ref == "bay_7"
     assert words.longest_silence_s("store_2") > 35.0, (
