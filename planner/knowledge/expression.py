@@ -59,7 +59,7 @@ class Expression:
         values: list[float] = []
         for call in self.calls:
             name, terms = call
-            value = known.get(call)
+            value = known.get(call) if known else None
             if value is None:
                 value = functions.get((name, tuple([binding[term] for term in terms])))
             if value is None:

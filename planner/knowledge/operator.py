@@ -6,7 +6,7 @@ Parameters of one type are bound to different objects, unless the action says wh
 each literal with the list holds for every member, and the duration is the longest over the members.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations, product
@@ -153,7 +153,11 @@ class Operator:
             if seconds is None:
                 return None
             spans.append(seconds)
-        return max(spans) * functions.get(scale_term(self.spec.name, len(self.agents)), 1.0)
+        return max(spans) * functions.get(self._scale_term, 1.0)
+
+    @cached_property
+    def _scale_term(self) -> Term:
+        return scale_term(self.spec.name, len(self.agents))
 
     def exertion(
         self, binding: Mapping[str, str], functions: Functions, duration_s: float
@@ -180,13 +184,14 @@ class Operator:
                 changed[key] = changed.get(key, 0.0) + change.value(alias, functions, known)
         return changed
 
-    def _aliases(self, binding: Mapping[str, str]) -> Iterator[Mapping[str, str]]:
+    def _aliases(self, binding: Mapping[str, str]) -> Sequence[Mapping[str, str]]:
         """The binding with each list parameter bound to one member, for every choice."""
         if not self.teams:
-            yield binding
-            return
-        for member in self.members:
-            yield {**binding, **{name: binding[one] for name, one in member.items() if one in binding}}
+            return (binding,)
+        return [
+            {**binding, **{name: binding[one] for name, one in member.items() if one in binding}}
+            for member in self.members
+        ]
 
     def extended(
         self, binding: Mapping[str, str], terms: Iterable[str], values: Iterable[str]
@@ -302,4 +307,5 @@ def _expand(
 
 
 def _ground(literals: tuple[Literal, ...], binding: Mapping[str, str]) -> tuple[Fact, ...]:
-    return tuple([literal.ground(binding) for literal in literals])
+    of = binding.get
+    return tuple([Fact(one.predicate, tuple(map(of, one.terms, one.terms))) for one in literals])

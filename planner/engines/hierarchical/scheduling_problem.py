@@ -100,6 +100,8 @@ class SchedulingProblemBuilder:
         self._travel = Travel(classified)
         self._agent_number = {agent: number for number, agent in enumerate(classes.agents)}
         self._facts: dict[Fact, int] = {}
+        self._number_of: dict[Fact, int | None] = {}
+        """By fact its number, None if it is not shared: the same few are looked up for each of many ways."""
         self._steps: list[_Step] = []
         self._slots: list[list[tuple[int, int, int, int, int]]] = []
         self._cores: list[list[int]] = []
@@ -319,14 +321,21 @@ class SchedulingProblemBuilder:
         ]
 
     def _shared(self, facts: Sequence[Fact], inner: frozenset[Fact] = frozenset()) -> list[int]:
-        return [
-            self._facts.setdefault(fact, len(self._facts))
-            for fact in dict.fromkeys(facts)
-            if self._classified.is_fluent(fact)
-            and fact not in inner
-            and fact.predicate not in self._classified.knowledge_base.under_way
-            and not self._classified.is_configuration(fact)
-        ]
+        """The numbers of those that several agents may touch, each once."""
+        found = []
+        for fact in dict.fromkeys(facts):
+            if fact in inner:
+                continue
+            if fact not in self._number_of:
+                is_shared = (
+                    self._classified.is_fluent(fact)
+                    and fact.predicate not in self._classified.knowledge_base.under_way
+                    and not self._classified.is_configuration(fact)
+                )
+                self._number_of[fact] = self._facts.setdefault(fact, len(self._facts)) if is_shared else None
+            if (number := self._number_of[fact]) is not None:
+                found.append(number)
+        return found
 
     def model(self) -> Model:
         """The arrays, with every way that any schedule can need."""

@@ -68,6 +68,15 @@ class _Join:
         self.costs: list[list[int]] = [[] for _ in range(last + 1)]
         for number, step in enumerate(fragment.steps):
             self.costs[self._last(step.variables) + 1].append(number)
+        self.pools = [
+            [
+                (pattern, pattern.terms.index(variable))
+                for pattern in self.conditions[place + 1]
+                if pattern.terms.count(variable) == 1
+            ]
+            for place, variable in enumerate(fragment.order)
+        ]
+        """For each place in the order the conditions that list the values its variable may have, and where."""
         self.left = BINDINGS
 
     def _last(self, variables: Iterator[int] | Sequence[int]) -> int:
@@ -111,9 +120,7 @@ class _Join:
         index = self.index
         values = self.values
         pools = [
-            index.values(pattern.predicate, pattern.row(values), pattern.terms.index(variable))
-            for pattern in self.conditions[place + 1]
-            if pattern.terms.count(variable) == 1
+            index.values(pattern.predicate, pattern.row(values), hole) for pattern, hole in self.pools[place]
         ]
         if not pools:
             pools = [list(index.of_type[kind]) for kind in self.fragment.kinds[variable]]

@@ -46,6 +46,37 @@ class Way:
     end: Configuration
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _ConfigurationChange:
+    """What an operator changes about its first agent, as long as it names no other agent and no thing.
+
+    :param gone: which of its deletes are about that agent's configuration. :param come: which of its effects.
+    :param facts: how many pre-conditions, deletes and effects it states; None if these name agents or things.
+    """
+
+    is_setup: bool
+    gone: tuple[int, ...]
+    come: tuple[int, ...]
+    facts: tuple[int, int, int] | None
+
+    @classmethod
+    def of(cls, op: Operator, classified: ClassifiedProblem, named: frozenset[str]) -> "_ConfigurationChange":
+        """:param named: the agents and things."""
+
+        def is_own(literal: Literal) -> bool:
+            return literal.predicate in classified.fluents and op.agents[0] in literal.terms
+
+        effects = (*op.intended_effects, *op.other_effects)
+        stated = {term for one in (*op.preconditions, *op.deletes, *effects) for term in one.terms}
+        is_general = stated.isdisjoint(named)
+        return cls(
+            is_setup=len(op.agents) == 1 and all(map(is_own, op.intended_effects)),
+            gone=tuple(n for n, literal in enumerate(op.deletes) if is_own(literal)),
+            come=tuple(n for n, literal in enumerate(effects) if is_own(literal)),
+            facts=(len(op.preconditions), len(op.deletes), len(effects)) if is_general else None,
+        )
+
+
 class _Search:
     """Dijkstra's algorithm from one configuration on; each way that is asked for continues it as far as it must."""
 
@@ -96,8 +127,18 @@ class _Search:
 class Setups:
     """The ways of one agent as the representative of its class."""
 
-    def __init__(self, classified: ClassifiedProblem, statics: FactTable, agent: str) -> None:
-        """:param statics: the static facts that it may rely on."""
+    def __init__(
+        self,
+        classified: ClassifiedProblem,
+        statics: FactTable,
+        agent: str,
+        changes: Mapping[str, _ConfigurationChange],
+        named: frozenset[str],
+    ) -> None:
+        """
+        :param statics: the static facts that it may rely on.
+        :param changes: what each setup's operator changes. :param named: the agents and things.
+        """
         self._problem = classified.problem
         self._classified = classified
         self.agent = agent
@@ -120,11 +161,14 @@ class Setups:
             for op in self._operators
         }
         self._detours_pay = classified.detours_pay
+        self._changes = changes
+        self._named = named
         self._made: dict[Fact, bool] = {}
         self._achievers_of: dict[Fact, Sequence[tuple[Operator, Binding]]] = {}
         self._ways: dict[tuple[Configuration, Configuration], Way | None] = {}
         self._steps: dict[Configuration, tuple[Way, ...]] = {}
-        self._tables: dict[Configuration, FactTable] = {}
+        self._static_bindings: dict[str, Sequence[Binding]] = {}
+        self._own_bindings: dict[tuple[str, Configuration], Sequence[Binding]] = {}
         self._searches: dict[Configuration, _Search] = {}
 
     def way(self, start: Configuration, need: Configuration) -> Way | None:
@@ -145,8 +189,7 @@ class Setups:
     def steps(self, start: Configuration) -> tuple[Way, ...]:
         """Every single action that leads elsewhere."""
         if start not in self._steps:
-            found = (self._outcome(start, action) for action in self._actions(start))
-            self._steps[start] = tuple(way for way in found if way is not None)
+            self._steps[start] = tuple(self._reached(start))
         return self._steps[start]
 
     def _is_made(self, wanted: Fact) -> bool:
@@ -163,15 +206,30 @@ class Setups:
     def _direct(self, start: Configuration, need: Configuration) -> Way | None:
         """The quickest single action that brings about all that is missing."""
         best: Way | None = None
-        if start not in self._tables:
-            self._tables[start] = FactTable(start)
-        here = self._tables[start]
         for op, binding in self._achievers(min(need - start)):
-            for action in self._grounded(op, binding, here):
-                way = self._outcome(start, action)
-                if way is not None and need <= way.end and (best is None or _span(way) < _span(best)):
-                    best = way
+            for own in self._bound_by(start, op):
+                for way in self._ways_of(start, op, _merged(binding, own)):
+                    if need <= way.end and (best is None or _span(way) < _span(best)):
+                        best = way
         return best
+
+    def _bound_by(self, start: Configuration, op: Operator) -> Sequence[Binding]:
+        """The bindings of what an operator asks of its agent's configuration."""
+        key = op.name, start
+        if key not in self._own_bindings:
+            here = FactTable(start)
+            literals = [(literal, here) for literal in self._own[op.name]]
+            self._own_bindings[key] = list(self._joined(op, literals, {op.agents[0]: self.agent}))
+        return self._own_bindings[key]
+
+    def _ways_of(self, start: Configuration, op: Operator, binding: Binding | None) -> Iterator[Way]:
+        """What the actions of a binding lead to that the statics and the configuration allow; None: there are none."""
+        for whole in () if binding is None else self._completed(op, binding):
+            if any(whole[one] == whole[other] for one, other in op.distinct):
+                continue
+            action = ground(op, whole, self._problem, self._base)
+            if action is not None and (way := self._outcome(start, op, action)) is not None:
+                yield way
 
     def _achievers(self, wanted: Fact) -> Sequence[tuple[Operator, Binding]]:
         """Operators that intend the fact, bound as far as the fact and the statics bind them."""
@@ -187,30 +245,41 @@ class Setups:
             ]
         return self._achievers_of[wanted]
 
-    def _outcome(self, start: Configuration, action: GroundAction) -> Way | None:
-        classified = self._classified
-        if not classified.things.isdisjoint(action.arguments.values()) or not classified.is_setup(action):
-            return None
-        gone = classified.configuration(self.agent, action.deletes)
-        end = (start - gone) | classified.configuration(self.agent, action.effects)
+    def _outcome(self, start: Configuration, op: Operator, action: GroundAction) -> Way | None:
+        """Where a setup leads from a configuration; None if the action is no setup or changes nothing."""
+        change = self._changes[op.name]
+        effects = action.effects
+        named = [one for one in action.arguments.values() if one in self._named]
+        # Further facts are what zones and doors ask for.
+        facts = len(action.preconditions), len(action.deletes), len(effects)
+        if named == [self.agent] and facts == change.facts:
+            if not change.is_setup:
+                return None
+            gone = [action.deletes[n] for n in change.gone]
+            come = [effects[n] for n in change.come]
+        else:
+            classified = self._classified
+            if not classified.things.isdisjoint(named) or not classified.is_setup(action):
+                return None
+            gone = [*classified.configuration(self.agent, action.deletes)]
+            come = [*classified.configuration(self.agent, effects)]
+        end = start.difference(gone).union(come)
         return Way(actions=(action,), end=end) if end != start else None
 
-    def _actions(self, start: Configuration) -> Iterator[GroundAction]:
-        here = FactTable(start)
+    def _reached(self, start: Configuration) -> Iterator[Way]:
+        """What every single action leads to."""
         for op in self._operators:
-            for binding in self._joined(op, self._static[op.name], {op.agents[0]: self.agent}):
-                yield from self._grounded(op, binding, here)
+            own = self._bound_by(start, op)
+            for binding in self._anywhere(op) if own else ():
+                for one in own:
+                    yield from self._ways_of(start, op, _merged(binding, one))
 
-    def _grounded(self, op: Operator, binding: Binding, here: FactTable) -> Iterator[GroundAction]:
-        """The actions of a binding that the statics allow, from a configuration that has their conditions."""
-        literals = [(literal, here) for literal in self._own[op.name]]
-        for full in self._joined(op, literals, binding):
-            for whole in self._completed(op, full):
-                if any(whole[one] == whole[other] for one, other in op.distinct):
-                    continue
-                action = ground(op, whole, self._problem, self._base)
-                if action is not None:
-                    yield action
+    def _anywhere(self, op: Operator) -> Sequence[Binding]:
+        """The bindings that the statics allow, whatever the configuration."""
+        if op.name not in self._static_bindings:
+            named = {op.agents[0]: self.agent}
+            self._static_bindings[op.name] = list(self._joined(op, self._static[op.name], named))
+        return self._static_bindings[op.name]
 
     def _joined(
         self, op: Operator, literals: Sequence[tuple[Literal, FactTable]], binding: Binding
@@ -240,6 +309,14 @@ class Setups:
                 yield from self._completed(op, {**binding, free: name})
 
 
+def _merged(one: Binding, other: Binding) -> Binding | None:
+    """Both bindings together; None if they contradict each other."""
+    for name, value in other.items():
+        if one.get(name, value) != value:
+            return None
+    return one | other
+
+
 def _span(way: Way) -> float:
     return sum(action.duration_s for action in way.actions)
 
@@ -256,12 +333,16 @@ class AllSetups:
         self._everywhere = FactTable(classified.statics)
         own = classified.classes.own
         self._shared = FactTable(fact for fact in classified.statics if own.isdisjoint(fact.args))
+        self._named = named = classified.agents | classified.things
+        self._changes = {
+            op.name: _ConfigurationChange.of(op, classified, named) for op in classified.static_facts.setups
+        }
         self._made: dict[str | int, Setups] = {}
 
     def of_agent(self, agent: str) -> Setups:
         """Those of one agent, to its own objects too."""
         if agent not in self._made:
-            self._made[agent] = Setups(self._classified, self._everywhere, agent)
+            self._made[agent] = self._setups(self._everywhere, agent)
         return self._made[agent]
 
     def of_class(self, number: int) -> Setups:
@@ -270,8 +351,11 @@ class AllSetups:
         if len(members) == 1:
             return self.of_agent(members[0])
         if number not in self._made:
-            self._made[number] = Setups(self._classified, self._shared, members[0])
+            self._made[number] = self._setups(self._shared, members[0])
         return self._made[number]
+
+    def _setups(self, statics: FactTable, agent: str) -> Setups:
+        return Setups(self._classified, statics, agent, self._changes, self._named)
 
 
 class ReturnHome:
