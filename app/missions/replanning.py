@@ -312,7 +312,7 @@ def _refuse_to_replan(mission: MissionRow) -> None:
 
 
 def _to_join(session: Session, rows: Mapping[str, GoalRow], goal_id: str, own: GoalRow) -> GoalRow:
-    """A goal that waits and that the mission for the goal `own` can carry out, too."""
+    """A goal that waits, or is just planned by itself, and that the mission for the goal `own` can carry out, too."""
     goal = rows.get(goal_id)
     if goal is None:
         raise unrecorded("goal", goal_id)
@@ -322,7 +322,8 @@ def _to_join(session: Session, rows: Mapping[str, GoalRow], goal_id: str, own: G
             f"goal {goal.id} is carried out by mission {joint.mission_id} together with others",
             code="goal-committed",
         )
-    if goal.state != GoalState.WAITING:
+    is_tried_again = goal.state == GoalState.PLANNING and goal.tender is None
+    if goal.state != GoalState.WAITING and not is_tried_again:
         raise Conflict(
             f"goal {goal.id} is {goal.state}; only goals that wait can join", code="goal-not-waiting"
         )

@@ -6,14 +6,15 @@ import pytest
 from fastapi.testclient import TestClient
 
 from app.composition import Service
+from app.domain.lifecycles import goal as goal_lifecycle
+from app.store import GoalRow
 from tests.app.fake_robots import FakeTeam
 from tests.app.missions.recovery.conftest import Follow, Start
 from tests.databases import ON_BOTH
-from tests.waiting import ENDED, awaited, read_until, until
+from tests.waiting import ENDED, read_until, until
 
 Thing = dict[str, Any]
 SUBMITTED = 202
-BEING_TRIED = "is planning; only goals that wait can join"
 FOR_EVER_S = 1_000_000.0
 TEAM = ("yard_1", "yard_2", "store_1", "store_2")
 
@@ -43,13 +44,7 @@ def waiting(api: TestClient, follow: Follow, text: str = "move sample_4 to bay_8
 
 
 def ask(api: TestClient, mission: str, *goals: str, status: int = SUBMITTED) -> Thing:
-    """Ask as an operator does, who asks again if a goal that waits is just being planned: it is tried whenever a robot
-    of the mission has ended something.
-    """
-    answer = awaited(
-        lambda: api.post(f"{mission}:replan", json={"goals": goals}),
-        lambda answer: status != SUBMITTED or BEING_TRIED not in answer.text,
-    )
+    answer = api.post(f"{mission}:replan", json={"goals": goals})
     assert answer.status_code == status, answer.text
     return dict(answer.json())
 
@@ -79,6 +74,26 @@ def test_a_goal_that_waits_is_carried_out_by_the_mission_that_it_joins(
     assert {("sample_1", "bay_7"), ("sample_4", "bay_8")} <= lie
     (told,) = [row for row in service.events.since(0) if row.type == "mission.replan_requested"]
     assert told.data["goals"] == [goal]
+
+
+def test_a_goal_that_is_just_tried_again_joins_and_what_comes_of_its_own_planning_is_dropped(
+    mission: str, api: TestClient, follow: Follow, service: Service
+) -> None:
+    """A goal that waits is tried whenever a robot has ended something."""
+    goal = waiting(api, follow)
+    until(lambda: goal_of(api, goal)["state"] == "waiting")
+    with service.database.write() as session:
+        row = session.get_one(GoalRow, goal, with_for_update=True)
+        goal_lifecycle.begin_planning(row)
+        row.planned_by = "its own planning"
+    own = ask(api, mission, goal)["goal_id"]
+    joined = goal_of(api, goal)
+    assert (joined["state"], joined["joint_goal"]) == ("waiting", own)
+    with service.database.read() as session:
+        assert session.get_one(GoalRow, goal).planned_by is None
+    assert follow(mission, *ENDED)["joined_goals"] == [goal]
+    carried_out = follow(f"/v1/goals/{goal}", "finished")
+    assert (carried_out["outcome"], carried_out["plan_id"]) == ("completed", None)
 
 
 def test_a_goal_that_has_joined_ends_once_its_part_is_done_and_counts_in_later_repairs(
