@@ -38,6 +38,7 @@ class Proposals:
         """:param clocks: the worlds' clocks by the world's name."""
         self._events = core.events
         self._knowledge_base = core.knowledge_base
+        self._plan_nets = core.plan_nets
         self._clocks = clocks
 
     def propose(
@@ -104,6 +105,8 @@ class Proposals:
             duration_factors={key_of(kind): factor for kind, factor in built.factors.items()},
         )
         session.add(plan)
+        if result.plan_net is not None:
+            self._plan_nets.keep(plan_id, result.plan_net)
         self._events.append(
             session,
             PlanProposed(

@@ -27,9 +27,13 @@ class PlanNets:
         if net is None:
             body = PlanBody.model_validate(session.get_one(PlanRow, plan_id).body)
             net = body.to_plan_net(self._knowledge_base)
+        self.keep(plan_id, net)
+        return net
+
+    def keep(self, plan_id: str, net: PlanNet) -> None:
+        """Have `of` return this plan-net: of a plan that is just being stored, and is about to be read."""
         with self._lock:
             self._known[plan_id] = net
             self._known.move_to_end(plan_id)
             if len(self._known) > CACHE_SIZE:
                 self._known.popitem(last=False)
-        return net
