@@ -17,6 +17,7 @@ from statistics import median
 
 from app.domain.world_model import belief_change, initial_facts
 from app.domain.world_model.beliefs import REACHES, ROBOT_POSITION
+from app.domain.world_model.layout import layout_of
 from app.store import Database, WorldRow
 from app.store.event_log import EventLog
 from app.store.facts import FactStore, source_of
@@ -41,7 +42,8 @@ def measure(robots: int) -> tuple[int, float]:
         bays=3 * robots,
         interchanges=robots,
     )
-    facts = initial_facts(generate_world(shape), base)
+    world = generate_world(shape)
+    facts = initial_facts(world, base)
     places = defaultdict[str, list[str]](list)
     for fact in sorted(facts):
         if fact.predicate == REACHES:
@@ -53,7 +55,7 @@ def measure(robots: int) -> tuple[int, float]:
         migrate(database)
         store = FactStore(EventLog(database), base)
         with database.write() as session:
-            session.add(WorldRow(id=WORLD, title="Store", layout={}))
+            session.add(WorldRow(id=WORLD, title="Store", layout=layout_of(world)))
             session.flush()
             store.change(session, WORLD, add=facts, source="file", at_s=0.0)
         return len(facts), median(_reports(database, store, places))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, undefer
 
 from app.agents.running_world import WorldState, WorldStatus
 from app.core import Core
@@ -93,7 +93,8 @@ class WorldService:
         """Every world, those given at the start first; the page shows the first one by default."""
         names = tuple(self._worlds)
         with self._database.read() as session:
-            rows = {row.id: row for row in session.scalars(select(WorldRow).where(WorldRow.id.in_(names)))}
+            query = select(WorldRow).where(WorldRow.id.in_(names)).options(undefer(WorldRow.layout))
+            rows = {row.id: row for row in session.scalars(query)}
         reports = []
         for name in names:
             with suppress(UnknownWorld):  # it was removed just now
@@ -103,7 +104,7 @@ class WorldService:
     def get(self, world: str) -> WorldReport:
         self.world(world)
         with self._database.read() as session:
-            return self._report(session.get_one(WorldRow, world))
+            return self._report(session.get_one(WorldRow, world, options=[undefer(WorldRow.layout)]))
 
     def world(self, name: str | None) -> WorldFile:
         """The world of that name; with None, the only one there is.

@@ -9,8 +9,8 @@ from app.core import Core
 from app.domain.errors import Invalid
 from app.domain.events import ResultReceived
 from app.domain.ids import new_id
-from app.domain.world_model.numbers import Things, check_term, check_value
-from app.store import MissionRow, ResultRow, ScriptRow, WorldRow
+from app.domain.world_model.numbers import check_term, check_value
+from app.store import MissionRow, ResultRow, ScriptRow
 from app.store.facts import source_of
 from robots.wire import ImageResult, PacketReport, PacketState, ReadingResult
 
@@ -79,10 +79,9 @@ def _note_reading(
 
     A reading that the knowledge base does not know as a quantity, or that cannot be one, is a result and nothing more.
     """
-    layout = session.get_one(WorldRow, world).layout
     base = core.knowledge_base
     try:
-        term = check_term(reading.name, (reading.of,), Things.of_layout(layout), base)
+        term = check_term(reading.name, (reading.of,), core.facts.numbers.things(session, world), base)
         check_value(reading.name, reading.value, base)
     except Invalid as error:
         if reading.name in base.quantities:

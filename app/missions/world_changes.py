@@ -31,7 +31,6 @@ from app.domain.world_model.edits import (
     WorldEdit,
     apply_edits,
 )
-from app.domain.world_model.layout import layout_of
 from app.domain.world_model.senses import Perceives, restricted_senses, unsensed
 from app.domain.world_model.zones import restricted_places, zones_against
 from app.missions.embodiment_record import end_for_replaced
@@ -257,7 +256,7 @@ class WorldChanges:
         at_s = self._clocks[world].now_s()
         change = checked.change
         version = row.version
-        row.layout = layout_of(edited.world)
+        core.facts.numbers.lay_out(session, row, edited.world)
         core.facts.change(
             session,
             world,

@@ -20,7 +20,6 @@ from app.domain.lifecycles.plan import PlanState
 from app.domain.lifecycles.script import release_abandoned
 from app.domain.world_model import initial_facts
 from app.domain.world_model.beliefs import SOLID
-from app.domain.world_model.layout import layout_of
 from app.missions.dialogues import end_dialogues
 from app.missions.embodiment_record import begin_anew, forget_absent
 from app.missions.ending import end_mission
@@ -70,7 +69,7 @@ def start_world_run(
         row = WorldRow(id=world.name, version=0)
         session.add(row)
     row.title = world.title or world.name
-    row.layout = layout_of(world)
+    core.facts.numbers.lay_out(session, row, world)
     session.flush()
     forget_absent(session, world)
     source = f"world file {world.name}"

@@ -166,7 +166,7 @@ class WaitingGoals:
                     self._workflows.wake(session, mission.workflow)
 
     def join(self, session: Session, goal: GoalRow, mission: MissionRow) -> None:
-        """Leave a goal to a mission that is planned again for it, too; if it is just planned by itself, that is given up."""
+        """Leave a goal to a mission that is planned again for it, too; planning it by itself is given up."""
         goal.joint_goal = mission.goal_id
         goal.planned_by = None
         have_wait(

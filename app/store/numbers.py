@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 from app.domain.errors import Invalid
 from app.domain.events import NumberChange, NumbersChanged
 from app.domain.world_model.beliefs import Facts
+from app.domain.world_model.layout import layout_of
 from app.domain.world_model.numbers import (
     Things,
     check_term,
@@ -28,6 +29,8 @@ from robots.world import WorldFile
 
 _CHANGED = "changed numbers"
 """Key of `Session.info`: the worlds whose numbers the transaction has changed."""
+_THINGS = "things"
+"""Key of `Session.info`: by world, what is in it."""
 _LOCKED = "locked numbers"
 """Key of `Session.info`: the rows of the worlds that the transaction has locked, by world and term."""
 
@@ -44,6 +47,8 @@ class NumberStore:
         self._counted = counted_predicates(knowledge_base)
         self._read: dict[str, tuple[int, dict[Term, float]]] = {}
         """By world, the numbers read last, with their version."""
+        self._things: dict[str, tuple[tuple[str | None, int], Things]] = {}
+        """By world, what was in it when it was read last, with its run and edition then."""
 
     def numbers(self, session: Session, world: str) -> Numbers:
         """The world's numbers, read only if their version is another than at the last call."""
@@ -63,8 +68,26 @@ class NumberStore:
         numbers = self.numbers(session, world)
         if not numbers:
             return {}
-        layout = session.scalars(_LAYOUT, {"world": world}).one()
-        return Things.of_layout(layout).for_planner(numbers)
+        return self.things(session, world).for_planner(numbers)
+
+    def things(self, session: Session, world: str) -> Things:
+        """What numbers may be told of in a world; its layout is read only if its run or edition is another."""
+        found: dict[str, Things] = session.info.setdefault(_THINGS, {})
+        if world not in found:
+            summary = summary_of(session, world)
+            key = summary.run, summary.edition
+            known = self._things.get(world)
+            if known is None or known[0] != key:
+                known = key, Things.of_layout(session.scalars(_LAYOUT, {"world": world}).one())
+                self._things[world] = known
+            found[world] = known[1]
+        return found[world]
+
+    def lay_out(self, session: Session, row: WorldRow, world: WorldFile) -> None:
+        """Record how a world is laid out from now on, and what is in it."""
+        self._things.pop(row.id, None)
+        row.layout = layout_of(world)
+        session.info.setdefault(_THINGS, {})[row.id] = Things.of(world)
 
     def compared(self, session: Session, world: str) -> frozenset[Fact]:
         """The facts that stand for comparisons of numbers in actions and that hold now."""
@@ -115,7 +138,7 @@ class NumberStore:
         """
         if self._counted.isdisjoint(fact.predicate for fact in changed):
             return
-        counted = counted_numbers(facts, Things.of_layout(world.layout), self._knowledge_base)
+        counted = counted_numbers(facts, self.things(session, world.id), self._knowledge_base)
         self._put(session, world, counted, source=source, at_s=at_s)
 
     def complete(self, session: Session, world: WorldFile, facts: Facts, *, source: str, at_s: float) -> None:

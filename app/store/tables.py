@@ -86,7 +86,9 @@ class WorldRow(Base):
     __tablename__ = "worlds"
     id: Mapped[str] = mapped_column(String(64), primary_key=True)
     title: Mapped[str]
-    layout: Mapped[dict[str, Any]]
+    layout: Mapped[dict[str, Any]] = mapped_column(
+        deferred=True
+    )  # long in large worlds, and seldom asked for
     version: Mapped[int] = mapped_column(default=1)
     releases: Mapped[int] = mapped_column(default=0)
     waiting_workflow: Mapped[str | None] = mapped_column(String(64))
