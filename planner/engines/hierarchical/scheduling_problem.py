@@ -98,6 +98,10 @@ class SchedulingProblemBuilder:
         self._classified = classified
         self._tasks = list(tasks)
         self._travel = Travel(classified)
+        base = classified.knowledge_base
+        phased = base.phased_for(self._problem.facts)
+        self._phased = {op.spec.name for op in base.operators if op.name in phased}
+        """The actions that have phases by some agent."""
         self._agent_number = {agent: number for number, agent in enumerate(classes.agents)}
         self._facts: dict[Fact, int] = {}
         self._number_of: dict[Fact, int | None] = {}
@@ -270,7 +274,9 @@ class SchedulingProblemBuilder:
 
         :param use: what the action is there for, with its excuses; None: for itself.
         """
-        phases = self._classified.knowledge_base.phases_of(action, self._problem.facts)
+        phases: Sequence[GroundAction] = (action,)
+        if action.tag in self._phased:
+            phases = self._classified.knowledge_base.phases_of(action, self._problem.facts)
         self._most_phases = max(self._most_phases, len(phases))
         # What all phases together bring about is of use after the last one.
         uses = [*[(ITSELF, ())] * (len(phases) - 1), use or (ITSELF, ())]
