@@ -189,7 +189,7 @@ def _report_world(world: WorldFile, simulation: SupervisedWorld) -> None:
     """Print to standard error whether the world resumes from its snapshot."""
     if simulation.not_resumed_because:
         report_new_run(world.name, simulation.not_resumed_because)
-    elif simulation.now_s() > 0:
+    elif simulation.is_resumed:
         Console(stderr=True).print(f"[dim]World {world.name} resumes at {simulation.now_s():.0f} s.[/]")
 
 

@@ -58,10 +58,13 @@ class Starting:
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The process has built the world: its run, its robots, and why it was not resumed, if a snapshot was expected."""
+    """The process has built the world: its run, its robots, whether it was resumed from a snapshot, and if one was
+    expected, why not.
+    """
 
     run: str
     robots: tuple[str, ...]
+    is_resumed: bool
     not_resumed_because: str = ""
 
 

@@ -29,9 +29,10 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class StartedWorld:
-    """A world, and why it was not resumed, if a snapshot was expected."""
+    """A world, whether it was resumed from its snapshot, and if one was expected, why not."""
 
     simulation: Simulation
+    is_resumed: bool
     not_resumed_because: str = ""
 
 
@@ -54,7 +55,7 @@ def resume_or_start(
     :raises NotResumable: if it cannot be resumed and must not be started new.
     """
     try:
-        return StartedWorld(_resumed(world, settings, file, hub, make_agent, edition, processes))
+        return StartedWorld(_resumed(world, settings, file, hub, make_agent, edition, processes), True)
     except NotResumable as reason:
         if settings.resume_only:
             raise
@@ -69,7 +70,7 @@ def resume_or_start(
             processes=processes,
         )
         file.write_clock(0.0)
-        return StartedWorld(simulation, str(reason) if expected else "")
+        return StartedWorld(simulation, False, str(reason) if expected else "")
 
 
 def _resumed(

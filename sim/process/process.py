@@ -76,6 +76,8 @@ class SimulationProcess:
         """Identifies the world, however often it is resumed."""
         self.robots = ready.robots
         """Those of the edition that it began with."""
+        self.is_resumed = ready.is_resumed
+        """Whether it goes on from a snapshot."""
         self.not_resumed_because = ready.not_resumed_because
         """Why it was not resumed, if a snapshot was expected; else empty."""
 

@@ -45,6 +45,7 @@ class SupervisedWorld:
         self.run = self._process.run
         self.robots = self._process.robots
         """Those of the edition that it began with."""
+        self.is_resumed = self._process.is_resumed
         self.not_resumed_because = self._process.not_resumed_because
         self._resume = replace(snapshots, run=self.run, any_run=False, start_new=False, resume_only=True)
         self._crashes_at_s: deque[float] = deque(maxlen=MAX_CRASHES)

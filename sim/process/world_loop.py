@@ -2,8 +2,10 @@
 
 import contextlib
 import gc
+import os
 import select
 import signal
+import threading
 import traceback
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
@@ -45,6 +47,8 @@ REST_AFTER_S = 3.0
 """Wall time without a moving robot and without a message other than telemetry, after which a world is at rest."""
 REST_S = 0.25
 """Wall time that a world at rest sleeps; the control cycles due meanwhile are made together. A message ends it."""
+END_S = 20.0
+"""Wall time after which a process that was told to end does so itself, if its parent has not ended it."""
 MIN_WAIT_S = 0.001
 """Shorter waits are rounded up; the control cycles due meanwhile are made together."""
 
@@ -77,7 +81,7 @@ class Channels:
 
 def run(order: WorldOrder, channels: Channels) -> None:
     """Build the world and run it until told to stop or the parent is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
+    handle_signals()
     gc.disable()  # it would scan what is being imported and built
     try:
         with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError, LinkClosed):
@@ -97,6 +101,21 @@ def run(order: WorldOrder, channels: Channels) -> None:
         channels.control.close()
 
 
+def handle_signals() -> None:
+    """Leave the end to the parent: it gets Ctrl-C, and from a service manager SIGTERM, too, and ends the world itself.
+
+    If it does not, the process ends some time after SIGTERM.
+    """
+
+    def end_soon(*_: object) -> None:
+        end = threading.Timer(END_S, os._exit, (1,))
+        end.daemon = True
+        end.start()
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, end_soon)
+
+
 class WorldLoop:
     """One world, one control channel, one link."""
 
@@ -110,6 +129,7 @@ class WorldLoop:
         self._channels = channels
         self._wall_clock = wall_clock
         self.stopped = False
+        self._is_resumed = False
         self._not_resumed_because = ""
         self._file: SnapshotFile | None = None
         self._commit: OutputCommit | None = None
@@ -148,6 +168,7 @@ class WorldLoop:
                 processes=processes,
             )
             self._simulation = started.simulation
+            self._is_resumed = started.is_resumed
             self._not_resumed_because = started.not_resumed_because
             self._commit = OutputCommit(self._simulation, self._file, wall_clock)
             self._commit.take()
@@ -164,7 +185,12 @@ class WorldLoop:
         :raises EOFError, LinkClosed: if the parent is gone.
         """
         self._channels.control.send(
-            Ready(self._simulation.run, tuple(self._simulation.bodies), self._not_resumed_because)
+            Ready(
+                run=self._simulation.run,
+                robots=tuple(self._simulation.bodies),
+                is_resumed=self._is_resumed,
+                not_resumed_because=self._not_resumed_because,
+            )
         )
         try:
             while not self.stopped:

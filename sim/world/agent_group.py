@@ -265,7 +265,8 @@ def _end(connection: "Connection[Any, Any]", process: "subprocess.Popen[bytes]")
 
 def serve(handle: int) -> None:
     """Run a group's agents in this process until the world's process closes its end of the socket."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the service handles Ctrl-C
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # the service handles them, and ends the world, which ends this
     connection: Connection[Any, Any] = Connection(handle)
     with suppress(EOFError, OSError):
         try:

@@ -12,6 +12,7 @@ import pytest
 
 from robots.wire import Message, Performative, Receipt, Telemetry
 from sim import SimulationError, SimulationProcess
+from sim.process import world_loop
 from tests.sim.rig import two_rooms
 from tests.waiting import until
 
@@ -71,6 +72,30 @@ def test_ctrl_c_does_not_end_the_world(shared: SimulationProcess) -> None:
     from_s = shared.now_s()
     until(lambda: shared.now_s() > from_s + 0.5)
     assert shared.alive
+
+
+def test_what_tells_all_processes_to_end_leaves_the_worlds_end_to_its_parent() -> None:
+    """As a service manager does: a world that ended at once would be taken for a crashed one, and started again."""
+    with SimulationProcess.start(two_rooms(), speed=20.0) as process:
+        assert process.pid is not None
+        os.kill(process.pid, signal.SIGTERM)
+        from_s = process.now_s()
+        until(lambda: process.now_s() > from_s + 0.5)
+    assert not process.alive
+
+
+def test_a_world_whose_parent_does_not_end_it_ends_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    ended = threading.Event()
+    monkeypatch.setattr(world_loop, "END_S", 0.0)
+    monkeypatch.setattr(os, "_exit", lambda _: ended.set())
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        world_loop.handle_signals()
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert ended.wait(10.0)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def test_a_paused_world_still_takes_what_the_service_sends(shared: SimulationProcess) -> None:

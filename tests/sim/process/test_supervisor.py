@@ -63,13 +63,14 @@ def test_the_last_shown_time_of_a_world_that_will_be_resumed_is_known_before(tmp
 
 
 def test_the_first_world_of_a_folder_begins_without_a_message(tmp_path: Path) -> None:
-    assert started(tmp_path).not_resumed_because == ""
+    first = started(tmp_path)
+    assert (first.is_resumed, first.not_resumed_because) == (False, "")
 
 
 def test_a_kept_world_goes_on_where_it_stood(tmp_path: Path) -> None:
     before = kept(tmp_path)
     after = started(tmp_path, run=before.run)
-    assert after.not_resumed_because == ""
+    assert (after.is_resumed, after.not_resumed_because) == (True, "")
     assert after.simulation.run == before.run
     assert after.simulation.truth().robots == before.truth().robots
     assert after.simulation.clock.ticks == before.clock.ticks
@@ -315,6 +316,7 @@ def test_a_world_that_dies_again_and_again_is_given_up(tmp_path: Path) -> None:
     class Dying:
         run = "r"
         robots = ()
+        is_resumed = False
         not_resumed_because = ""
         pid = 1
 
@@ -346,6 +348,7 @@ def test_a_new_process_that_cannot_be_commanded_is_ended() -> None:
     class Deaf:
         run = "r"
         robots = ()
+        is_resumed = False
         not_resumed_because = ""
         pid = 1
         is_stopped = False
