@@ -14,6 +14,7 @@ from app.core import Core
 from app.domain.clock import SYSTEM_CLOCK, WallClock
 from app.domain.contact import Connection
 from app.domain.errors import NotFound, UnknownWorld
+from app.domain.goal_language.words import natural_key
 from app.domain.lifecycles.mission import OPEN
 from app.domain.lifecycles.script import TERMINAL_SCRIPTS, Delivery
 from app.domain.world_model.beliefs import LIFT_AT, STATES
@@ -137,7 +138,8 @@ class RobotDirectory:
             }
         standing = {name for name in {view.world for view in views.values()} if self._stands(name)}
         reports = []
-        for name, view in sorted(views.items()):
+        for name in sorted(views, key=natural_key):
+            view = views[name]
             key = (view.world, name)
             try:
                 spec = self._worlds[view.world].agents_by_name.get(name)
@@ -170,7 +172,7 @@ class RobotDirectory:
     def robot(self, name: str) -> RobotReport:
         reports = {report.view.name: report for report in self._agents(None)}
         if name not in reports:
-            raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=sorted(reports))
+            raise NotFound(f"unknown robot {name!r}", code="unknown-robot", choices=[*reports])
         return reports[name]
 
     def _report(

@@ -6,6 +6,7 @@ from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from app.domain.goal_language.words import natural_key
 from app.domain.lifecycles.plan import PlanState
 from app.domain.plan_edits import GoalPin
 from app.domain.tender_document import TenderBody
@@ -371,7 +372,7 @@ class PlanBody(PlanPart):
                     )
                     for o in net.orderings
                 ],
-                "robots": net.robots,
+                "robots": sorted(net.robots, key=natural_key),
                 "recruitment": dict(net.recruitment),
                 "objects": types_in(_facts_of(net), knowledge_base),
                 "makespan_s": net.makespan_s,

@@ -168,7 +168,7 @@ def _check(
 def _unknown_names(goal: SymbolicFact, world: WorldFile) -> Iterator[GoalIssue]:
     """Names that the world does not have, in goals about a sample or robot and a place."""
     samples = tuple(sorted((sample.name for sample in world.samples), key=natural_key))
-    robots = tuple(sorted(robot.name for robot in world.robots))
+    robots = tuple(sorted((robot.name for robot in world.robots), key=natural_key))
     places = tuple(sorted(world.places_by_location, key=natural_key))
     if len(goal.args) != 2 or goal.predicate not in {IN, NEAR, "at"}:
         return

@@ -469,7 +469,7 @@ def _contradictions(
             code="no-robot-left",
             kind="invalid",
             detail=f"no robot is left to act: {joined(constraints.words, last='and')}",
-            choices=tuple(sorted(robot.name for robot in world.robots)),
+            choices=tuple(sorted((robot.name for robot in world.robots), key=natural_key)),
         )
     for goal in goals:
         if len(goal.args) != 2:

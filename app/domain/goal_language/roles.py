@@ -69,7 +69,9 @@ def with_roles(
 def unknown_robot(name: str, world: WorldFile) -> GoalIssue:
     """The issue that no robot has the name, and none plays a role of that name."""
     players = players_of(world)
-    issue = unknown_name("robot", name, (*sorted(spec.name for spec in world.robots), *players))
+    issue = unknown_name(
+        "robot", name, (*sorted((spec.name for spec in world.robots), key=natural_key), *players)
+    )
     played = [f"{role} ({', '.join(robots)})" for role, robots in sorted(players.items())]
     return GoalIssue(
         code=issue.code,
