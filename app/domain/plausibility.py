@@ -50,6 +50,7 @@ class Work:
     :param ids: of its packets, in order.
     :param tags: of these packets.
     :param expected_s: their expected durations.
+    :param firsts: for each the index of the first packet that is a phase of the same action; its own if there are none.
     :param known: what was recorded of them.
     :param given_at_s: when it was given to the robot (world's clock), None if that is not known.
     """
@@ -58,6 +59,7 @@ class Work:
     ids: Sequence[str]
     tags: Sequence[str]
     expected_s: Sequence[float]
+    firsts: Sequence[int]
     known: Packets
     given_at_s: float | None
 
@@ -90,8 +92,11 @@ def doubt_of_finish(work: Work, packet: str, at_s: float, *, now_s: float, lag_s
             return f"{what} at {at_s:.0f} s, but reported {work.tags[other]} {order} it at {said_s:.0f} s"
         if other < index and work.known[name].get("state") == PacketState.FAILED:
             return f"{what}, but {work.tags[other]} before it has failed"
-    # All packets before a finished one have finished, even if their own reports are lost.
-    done = next((i for i in range(index, -1, -1) if _finished(work.known, work.ids[i])), -1)
+    if _finished(work.known, packet):
+        return ""
+    # All packets before a finished one have finished, even if their own reports are lost. Of an action's phases only
+    # the sum is sure: what a robot has driven in one of them, it need not drive in the next.
+    done = next((i for i in range(work.firsts[index] - 1, -1, -1) if _finished(work.known, work.ids[i])), -1)
     ended_s = _number(work.known, work.ids[done], "finished_at_s") if done >= 0 else None
     since_s = max((one for one in (work.given_at_s, ended_s) if one is not None), default=None)
     if since_s is None:

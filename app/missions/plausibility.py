@@ -231,6 +231,11 @@ def _work(script: ScriptRow, net: PlanNet) -> Work:
     """NOTE: what lasts as long as a number needs is over at once if the number is there already."""
     packets = script.body["packets"]
     as_needed = {action.id for action in net.actions if action.level is not None}
+    phase_of = {action.id: action.phase for action in net.actions}
+    firsts: list[int] = []
+    for number, packet in enumerate(packets):
+        goes_on = number > 0 and phase_of.get(packet["id"], 0) > 1
+        firsts.append(firsts[-1] if goes_on else number)
     return Work(
         script_id=script.id,
         ids=[packet["id"] for packet in packets],
@@ -238,6 +243,7 @@ def _work(script: ScriptRow, net: PlanNet) -> Work:
         expected_s=[
             0.0 if packet["id"] in as_needed else packet["expected_duration_s"] for packet in packets
         ],
+        firsts=firsts,
         known=script.packets,
         given_at_s=script.given_at_s,
     )

@@ -29,6 +29,7 @@ WORK = Work(
     ids=IDS,
     tags=("NAVIGATE", "DOCK", "TRANSPORT"),
     expected_s=(20.0, 4.0, 40.0),
+    firsts=(0, 1, 2),
     known={},
     given_at_s=100.0,
 )
@@ -77,6 +78,21 @@ def test_a_packet_takes_its_time_since_the_one_before_it_ended() -> None:
     done = known(b=(PacketState.FINISHED, 300.0))
     assert finish("c", 310.0, done) == ""
     assert "after 9.9 s" in finish("c", 309.9, done)
+
+
+def test_of_an_actions_phases_only_the_sum_takes_its_time() -> None:
+    """What a robot has driven in the first of them it need not drive in the next."""
+    phases = replace(WORK, firsts=(0, 0, 2))
+
+    def second_phase(first_ended_s: float, at_s: float) -> str:
+        work = replace(phases, known=known(a=(PacketState.FINISHED, first_ended_s)))
+        return doubt_of_finish(work, "b", at_s, now_s=at_s, lag_s=0.0)
+
+    assert second_phase(110.0, 110.1) == ""
+    assert "after 5.9 s, which takes 6.0 s" in second_phase(105.0, 105.9)
+    ended = replace(phases, known=known(a=(PacketState.FINISHED, 110.0), b=(PacketState.FINISHED, 110.1)))
+    assert doubt_of_finish(ended, "c", 120.2, now_s=120.2, lag_s=0.0) == ""
+    assert "after 9.8 s" in doubt_of_finish(ended, "c", 119.9, now_s=119.9, lag_s=0.0)
 
 
 def test_what_comes_before_a_packet_that_has_finished_needs_no_report_of_its_own() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from app.agents.agent_models import Reception
 from app.domain.contradictions import CLOCKS_S
+from app.domain.plan_document import PlanBody
 from app.domain.world_model.beliefs import Facts
 from app.store import PlanRow, ScriptRow
 from app.store.migrate import migrate
@@ -54,6 +55,8 @@ class Mission:
                 {**one, "level": 0.9} if as_needed in one["agents"] else one for one in plan.body["actions"]
             ]
             plan.body = {**plan.body, "actions": actions}
+            net = PlanBody.model_validate(plan.body).to_plan_net(STORE.base)
+            self.services.core.plan_nets.keep(plan_id, net)
         _, self.id = self.services.plans.approve(plan_id, actor="operator")
         self.monitor()
         for robot in ROBOTS:
