@@ -143,7 +143,13 @@ class WorldService:
         """Samples without a believed place, and robots that are lost or do not answer."""
         samples = [sample.name for sample in self.world(world).samples]
         with self._database.read() as session:
-            return list_unknowns(session, world, known=self._facts.believed(session, world), samples=samples)
+            return list_unknowns(
+                session,
+                world,
+                known=self._facts.believed(session, world),
+                samples=samples,
+                under_way=self.knowledge_base.under_way,
+            )
 
     def relation(self, fact: Fact) -> Relation:
         """The fact in rel/ref form."""

@@ -42,15 +42,24 @@ class Unknown:
 
 
 def list_unknowns(
-    session: Session, world: str, *, known: Sequence[DatedFact], samples: Collection[str]
+    session: Session,
+    world: str,
+    *,
+    known: Sequence[DatedFact],
+    samples: Collection[str],
+    under_way: Collection[str],
 ) -> list[Unknown]:
     """What is not known of a world, in alphabetical order, each name once.
 
     :param known: every fact that is believed.
     :param samples: the names of the world's samples.
+    :param under_way: the predicates that hold between the phases of an action: its robot has left one place on its way
+        to another.
     """
     placed = {one.fact.args[0]: one for one in known if one.fact.predicate == ROBOT_POSITION}
-    found = {row.name: _misplaced(row) for row in unknown_rows(session, world)}
+    on_ways = {one.fact.args[0] for one in known if one.fact.predicate in under_way}
+    rows = unknown_rows(session, world)
+    found = {row.name: _misplaced(row) for row in rows if row.name not in on_ways}
     located = {one.fact.args[0] for one in known if one.fact.predicate == OBJECT_POSITION}
     for name in set(samples) - located - found.keys():
         found[name] = Unknown(name=name, reason="its place was never reported", since_s=None, last=None)
