@@ -126,6 +126,14 @@ class WorldIndex:
         return frozenset(self._classes.agents)
 
     @cached_property
+    def _in_the_open(self) -> frozenset[str]:
+        """The objects of which no static fact speaks, of types of which static facts say who comes to them."""
+        known = self._static_facts
+        facts = (fact for agent in self.agents for fact in known.get(agent, ()))
+        tied = {self.objects[arg] for fact in facts for arg in fact.args if arg in self.objects}
+        return frozenset(name for name, kind in self.objects.items() if kind in tied and name not in known)
+
+    @cached_property
     def kind_of(self) -> Mapping[str, int]:
         """The number of each agent's kind."""
         return {agent: self._classes.number(agent) for agent in self._classes.agents}
@@ -184,9 +192,11 @@ class WorldIndex:
     @cached_property
     def _graph(self) -> Mapping[Node, frozenset[Node]]:
         """The static graph: objects that a static fact names together, agents of a kind as one node. Objects
-        of which no static fact speaks are connected by the functions that name them."""
+        of which no static fact speaks are connected by the functions that name them. Not so places in the open: these
+        have a distance from everywhere, and would be between any two places.
+        """
         edges: dict[Node, set[Node]] = defaultdict(set)
-        known = set(self._static_facts)
+        known = {*self._static_facts, *self._in_the_open}
         leaders = {group[0] for group in self.members.values()}
         rows = [
             args for predicate, table in self.rows.items() if predicate not in self.fluents for args in table

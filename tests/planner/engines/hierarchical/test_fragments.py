@@ -1,10 +1,14 @@
 """Fragments in stores: found alone for each goal, shared by shape (MACTA §5, §6)."""
 
+from dataclasses import replace
+
 import pytest
 
 from planner import Fact, KnowledgeBase
 from planner.engines.hierarchical.fragments import fragment as module
 from planner.engines.hierarchical.fragments.fragment import Fragments
+from planner.engines.hierarchical.fragments.relevance import small_world
+from planner.engines.hierarchical.fragments.world_index import WorldIndex
 from tests.planner.engines.hierarchical.checks import crew, fragments_of, tags
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside, store_problem
@@ -37,6 +41,37 @@ def test_robots_that_stand_in_the_way_are_in_the_smallest_world(fragments: Fragm
     samples = {"sample_2": "bay_6"}
     problem = store_problem([inside("sample_2", "bay_10")], samples=samples, robots_at=standing)
     assert fragments.of(problem).alternatives(problem.goals, levels=1)
+
+
+def test_a_robot_that_holds_something_in_the_open_is_left_alone(
+    fragments: Fragments, knowledge_base: KnowledgeBase
+) -> None:
+    """Only distances tell of where it stands: it is between all places, and in nobody's way."""
+    problem = Store(yard_robots=3).problem([inside("s", "bay_1_0")], {"s": "bay_0_0", "t": "door_1"})
+    here = {
+        ("distance_m", way): 3.0 for place in problem.objects for way in ((place, "open"), ("open", place))
+    }
+    holding = {
+        inside("t", "yard_2"),
+        near("yard_2", "open"),
+        Fact("robot_attribute", ("yard_2", "gripper", "full")),
+    }
+    gone = {
+        inside("t", "door_1"),
+        near("yard_2", "home_yard_2"),
+        Fact("robot_attribute", ("yard_2", "gripper", "empty")),
+    }
+    assert gone <= problem.facts
+    problem = replace(
+        problem,
+        objects={**problem.objects, "open": "location"},
+        facts=problem.facts - gone | holding,
+        functions={**problem.functions, **here},
+    )
+    index = WorldIndex(knowledge_base, problem)
+    assert {"yard_2", "t"}.isdisjoint(small_world(index, problem.goals, 0))
+    first, *_ = fragments.of(problem).alternatives(problem.goals, levels=1)
+    assert "t" not in {value for action in first.actions for value in action.arguments.values()}
 
 
 def test_a_goal_that_holds_needs_no_action(fragments: Fragments) -> None:
