@@ -219,7 +219,9 @@ class _PlanRepair:
                 executable, at_most_s=EXTRA_ATTEMPT_S + EXTRA_ATTEMPT_FACTOR * self._planner.timer.elapsed_s
             )
         if self._replans:
-            yield lambda: self._keep_and_plan(Course.REPLANNED, begun((*running, *rest)))
+            # NOTE: a robot that has stopped between two phases goes on with none of the later ones.
+            going_on, _ = self._executable(begun((*running, *rest)))
+            yield lambda: self._keep_and_plan(Course.REPLANNED, going_on)
 
     def _executable(self, sequence: Sequence[GroundAction]) -> tuple[tuple[GroundAction, ...], list[Fact]]:
         """The actions that can be executed when the others are skipped, and the goals that they achieve."""

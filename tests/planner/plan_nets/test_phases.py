@@ -28,10 +28,11 @@ from planner.interchange.up_lock import UNIFIED_PLANNING_LOCK
 from planner.interchange.up_validation import up_fault
 from planner.plan_nets.extraction import extract
 from planner.plan_nets.plan_net import GOAL
+from planner.plan_nets.progression import progressed
 from planner.plan_nets.redundancy import without_redundant
-from planner.plan_nets.validation import faults_of
+from planner.plan_nets.validation import faults_of, linearisation
 from planner.relaxation import unreachable_goals
-from planner.repair import repair
+from planner.repair import MissionProgress, repair
 from robots.world.parts import PHASE_TAGS
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.kept_by_execution import Execution
@@ -224,6 +225,37 @@ def test_every_phase_is_explained() -> None:
         if action.phase and action.phase < action.phases:
             assert any(f"phase {action.phase} of {action.tag}" in sentence for sentence in said.because)
     assert {link.consumer for link in plan_net.causal_links} >= {GOAL}
+
+
+def test_a_robot_that_has_stopped_between_two_phases_is_planned_for_from_where_it_stands() -> None:
+    """It goes on with none of the later phases: that it was on its way is no longer true."""
+    base = timed()
+    problem = Store(aisles=1, yard_robots=1).problem([inside("s", "bay_0_0")], {"s": "door_0"})
+    plan_net = planned(problem, base)
+    left = next(a for a in plan_net.actions if a.tag == "TRANSPORT" and a.phase == 1 and "yard_0" in a.agents)
+    done = [one for one in linearisation(plan_net) if one.earliest_end_s <= left.earliest_end_s]
+    facts = progressed(problem.facts, done)
+    under_way = {one for one in facts if one.predicate in base.under_way and one.args[0] == "yard_0"}
+    assert len(under_way) == 1
+    stopped = replace(
+        problem,
+        objects={**problem.objects, "open": "location"},
+        facts=facts - under_way | {Fact("robot_position", ("yard_0", "near", "open"))},
+        functions={
+            **problem.functions,
+            **{
+                ("distance_m", way): 1.5
+                for place in ("door_0", "door_1", "interchange_0_0", "home_yard_0")
+                for way in ((place, "open"), ("open", place))
+            },
+        },
+    )
+    progress = MissionProgress(
+        done=frozenset(one.id for one in done), elapsed_s=max(one.earliest_end_s for one in done)
+    )
+    repaired = repair(HierarchicalEngine(base), base, plan_net, stopped, progress=progress, request=QUICK)
+    assert repaired.plan_net is not None, repaired.result.reason
+    assert faults_of(repaired.plan_net, stopped.facts, base) == []
 
 
 def test_two_robots_that_change_places_are_not_proven_to_have_no_plan() -> None:
