@@ -128,8 +128,8 @@ class WorldIndex:
     @cached_property
     def _in_the_open(self) -> frozenset[str]:
         """The objects of which no static fact speaks, of types of which static facts say who comes to them."""
-        known = self._static_facts
-        facts = (fact for agent in self.agents for fact in known.get(agent, ()))
+        known = self._static_facts.keys() | self.agents
+        facts = (fact for agent in self.agents for fact in self._static_facts.get(agent, ()))
         tied = {self.objects[arg] for fact in facts for arg in fact.args if arg in self.objects}
         return frozenset(name for name, kind in self.objects.items() if kind in tied and name not in known)
 
