@@ -95,13 +95,15 @@ def doubt_of_finish(work: Work, packet: str, at_s: float, *, now_s: float, lag_s
     if _finished(work.known, packet):
         return ""
     # All packets before a finished one have finished, even if their own reports are lost. Of an action's phases only
-    # the sum is sure: what a robot has driven in one of them, it need not drive in the next.
-    done = next((i for i in range(work.firsts[index] - 1, -1, -1) if _finished(work.known, work.ids[i])), -1)
+    # all together take their time: where one ends and the next begins depends on where exactly the robot stood.
+    first = work.firsts[index]
+    goes_on = first in work.firsts[index + 1 :]
+    done = next((i for i in range(first - 1, -1, -1) if _finished(work.known, work.ids[i])), -1)
     ended_s = _number(work.known, work.ids[done], "finished_at_s") if done >= 0 else None
     since_s = max((one for one in (work.given_at_s, ended_s) if one is not None), default=None)
     if since_s is None:
         return ""
-    least_s = LEAST_SHARE * sum(work.expected_s[done + 1 : index + 1])
+    least_s = LEAST_SHARE * sum(work.expected_s[done + 1 : first if goes_on else index + 1])
     took_s = min(max(now_s, at_s), now_s + lag_s) - since_s
     if took_s >= least_s - ROUNDING_S:
         return ""

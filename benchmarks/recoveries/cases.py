@@ -1,7 +1,7 @@
 """The cases: which mishap happens to which robot of a mission, and when."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from benchmarks.mishaps.acts import (
@@ -21,24 +21,38 @@ from benchmarks.mishaps.acts import (
     walled_in,
 )
 from benchmarks.recoveries.watch import Radios
+from robots.world import WorldFile, load_world
+from robots.world.parts import PHASE_TAGS, STORE_TAGS
 
 DISPATCH = "dispatch"
 """Before the plan is approved and its robots receive scripts."""
+blind = sensor(SENSOR_FAULTS["infra-red dead"])
 FAR_AWAY = (-20.0, -20.0)
 """A point that no robot reaches or sees."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What an operator asks for, in a shipped world."""
+    """What an operator asks for, in a shipped world; perhaps of robots that do its actions in phases."""
 
     world: str
     text: str
     sample: str
     place: str
+    in_phases: bool = False
+
+    def world_file(self) -> WorldFile:
+        world = load_world(self.world)
+        if not self.in_phases:
+            return world
+        tags = (*STORE_TAGS, *PHASE_TAGS)
+        robots = [spec.model_copy(update={"repertoire": tags}) for spec in world.robots]
+        return world.model_copy(update={"robots": tuple(robots)})
 
 
 STORING = Task(world="sample_store", text="move sample_1 to bay_7", sample="sample_1", place="bay_7")
+STORING_IN_PHASES = replace(STORING, text="move sample_1 to bay_9", place="bay_9", in_phases=True)
+"""Further off: an action that is too short has no phases."""
 RELOCATION = Task(
     world="relocation_lab", text="move rock_sample to lander", sample="rock_sample", place="lander"
 )
@@ -84,6 +98,7 @@ def cases() -> Iterator[Case]:
     yield from _samples()
     yield from _robots()
     yield from _ways()
+    yield from _phases()
     yield from _together()
 
 
@@ -132,6 +147,20 @@ def _ways() -> Iterator[Case]:
         yield Case(name="walled in", robot=robot, during=tag, do=walled_in)
     yield Case(name="box in the hatch", robot="yard", during="TRANSPORT", do=boxed((6.0, 3.6), 0.36))
     yield Case(name="box at the hatch", robot="yard", during="TRANSPORT", do=boxed((6.0, 2.9), 0.4))
+
+
+def _phases() -> Iterator[Case]:
+    """What befalls a robot between two places, where it is at neither."""
+    in_phases = partial(Case, of=STORING_IN_PHASES, after_s=0.5)
+    for robot, tag in (
+        ("yard", "TRANSPORT_OFF"),
+        ("yard", "TRANSPORT_UP"),
+        ("yard", "TRANSPORT_IN"),
+        ("store", "TRANSPORT_UP"),
+    ):
+        yield in_phases(name="walled in", robot=robot, during=tag, do=walled_in)
+        yield in_phases(name="infra-red dead 30 s", robot=robot, during=tag, do=blind, undo=mended, undo_s=30)
+        yield in_phases(name="switched off", robot=robot, during=tag, do=switched_off)
 
 
 def _together() -> Iterator[Case]:

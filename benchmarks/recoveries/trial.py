@@ -23,7 +23,6 @@ from benchmarks.planned import planned
 from benchmarks.recoveries.cases import DISPATCH, Case, MissionStage
 from benchmarks.recoveries.watch import WatchedRadio
 from robots.wire import SymbolicFact
-from robots.world import load_world
 from sim.truth import Truth
 from sim.world.simulation import Simulation
 
@@ -69,7 +68,7 @@ class Trial:
 
     def __init__(self, case: Case, seed: int, *, policy: str = "auto") -> None:
         self._case, self._seed, self._policy = case, seed, policy
-        self._world = load_world(case.of.world)
+        self._world = case.of.world_file()
         self._faults, self._rng = FaultInjector(), np.random.default_rng(seed)
         self._radios = {
             spec.name: WatchedRadio(self._world.link_of(spec), robot=spec.name, seed=seed)

@@ -80,9 +80,13 @@ def test_a_packet_takes_its_time_since_the_one_before_it_ended() -> None:
     assert "after 9.9 s" in finish("c", 309.9, done)
 
 
-def test_of_an_actions_phases_only_the_sum_takes_its_time() -> None:
-    """What a robot has driven in the first of them it need not drive in the next."""
+def test_of_an_actions_phases_only_all_together_take_their_time() -> None:
+    """Where one ends and the next begins depends on where exactly the robot stood."""
     phases = replace(WORK, firsts=(0, 0, 2))
+    assert doubt_of_finish(phases, "a", 100.0, now_s=100.0, lag_s=0.0) == ""
+    between = replace(WORK, firsts=(0, 1, 1))
+    assert "takes 5.0 s" in doubt_of_finish(between, "b", 104.9, now_s=104.9, lag_s=0.0)
+    assert doubt_of_finish(between, "b", 105.0, now_s=105.0, lag_s=0.0) == ""
 
     def second_phase(first_ended_s: float, at_s: float) -> str:
         work = replace(phases, known=known(a=(PacketState.FINISHED, first_ended_s)))
