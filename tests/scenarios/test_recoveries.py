@@ -37,3 +37,11 @@ def test_another_robot_takes_over_from_one_that_was_switched_off_and_declared_lo
     outcome = befalls("switched off, NAVIGATE of yard", worker)
     assert outcome.how == "came true"
     assert (len(outcome.lost), outcome.measures) == (1, ["replan approved"])
+
+
+def test_a_mission_goes_on_from_where_its_robot_has_stopped_between_two_places(
+    worker: PlanningWorker,
+) -> None:
+    outcome = befalls("infra-red dead 30 s, TRANSPORT_UP of yard", worker)
+    assert outcome.how == "came true"
+    assert {*outcome.measures} <= {"repair approved", "retry approved"}
