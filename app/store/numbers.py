@@ -86,8 +86,8 @@ class NumberStore:
     def lay_out(self, session: Session, row: WorldRow, world: WorldFile) -> None:
         """Record how a world is laid out from now on, and what is in it."""
         self._things.pop(row.id, None)
-        row.layout = layout_of(world)
-        session.info.setdefault(_THINGS, {})[row.id] = Things.of(world)
+        row.layout = layout = layout_of(world)
+        session.info.setdefault(_THINGS, {})[row.id] = Things.of_layout(layout)
 
     def compared(self, session: Session, world: str) -> frozenset[Fact]:
         """The facts that stand for comparisons of numbers in actions and that hold now."""

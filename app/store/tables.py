@@ -80,15 +80,13 @@ class WorldRow(Base):
     run that the facts belong to, None if it cannot be continued. `numbers_version` counts the changes of its numeric
     facts. `announced_run` is the run that the service announces or has announced itself, `announced_from` the epoch
     seconds at which that run's time was 0. `waiting_workflow` is the workflow that is to plan the world's waiting
-    goals, until it begins.
+    goals, until it begins. `layout`, long in large worlds, is read once it is asked for.
     """
 
     __tablename__ = "worlds"
     id: Mapped[str] = mapped_column(String(64), primary_key=True)
     title: Mapped[str]
-    layout: Mapped[dict[str, Any]] = mapped_column(
-        deferred=True
-    )  # long in large worlds, and seldom asked for
+    layout: Mapped[dict[str, Any]] = mapped_column(deferred=True)
     version: Mapped[int] = mapped_column(default=1)
     releases: Mapped[int] = mapped_column(default=0)
     waiting_workflow: Mapped[str | None] = mapped_column(String(64))

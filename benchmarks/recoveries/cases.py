@@ -26,7 +26,6 @@ from robots.world.parts import PHASE_TAGS, STORE_TAGS
 
 DISPATCH = "dispatch"
 """Before the plan is approved and its robots receive scripts."""
-blind = sensor(SENSOR_FAULTS["infra-red dead"])
 FAR_AWAY = (-20.0, -20.0)
 """A point that no robot reaches or sees."""
 
@@ -88,6 +87,9 @@ class Case:
         return f"{self.name}, {self.during} of {self.robot}"
 
 
+blinded = sensor(SENSOR_FAULTS["infra-red dead"])
+
+
 def radio_broken(stage: MissionStage) -> None:
     """The robot goes on, but its radio no longer works."""
     stage.radios[stage.robot].broken = True
@@ -133,9 +135,7 @@ def _robots() -> Iterator[Case]:
         yield off_and_on(robot=robot, during="TRANSPORT", do=switched_off)
         yield Case(name="radio broken", robot=robot, during="TRANSPORT", do=radio_broken)
         yield Case(name="radio broken", robot=robot, during="RELEASE2", do=radio_broken)
-        yield Case(
-            name="infra-red dead", robot=robot, during="NAVIGATE", do=sensor(SENSOR_FAULTS["infra-red dead"])
-        )
+        yield Case(name="infra-red dead", robot=robot, during="NAVIGATE", do=blinded)
         yield Case(name="jaws do not close", robot=robot, during="NAVIGATE", do=jaws_fail)
         yield Case(name="jaws do not open", robot=robot, during="TRANSPORT", do=jaws_fail)
     later = partial(Case, name="jaws do not close for 60 s", undo=jaws_mended, undo_s=60.0)
@@ -159,7 +159,9 @@ def _phases() -> Iterator[Case]:
         ("store", "TRANSPORT_UP"),
     ):
         yield in_phases(name="walled in", robot=robot, during=tag, do=walled_in)
-        yield in_phases(name="infra-red dead 30 s", robot=robot, during=tag, do=blind, undo=mended, undo_s=30)
+        yield in_phases(
+            name="infra-red dead 30 s", robot=robot, during=tag, do=blinded, undo=mended, undo_s=30
+        )
         yield in_phases(name="switched off", robot=robot, during=tag, do=switched_off)
 
 
@@ -170,10 +172,8 @@ def _together() -> Iterator[Case]:
         yield joint(name="lets go", do=release)
         yield joint(name="switched off", do=switched_off)
         yield joint(name="radio broken", do=radio_broken)
-        yield joint(name="infra-red dead", do=sensor(SENSOR_FAULTS["infra-red dead"]))
-        yield joint(
-            name="infra-red dead 15 s", do=sensor(SENSOR_FAULTS["infra-red dead"]), undo=mended, undo_s=15
-        )
+        yield joint(name="infra-red dead", do=blinded)
+        yield joint(name="infra-red dead 15 s", do=blinded, undo=mended, undo_s=15)
     yield together(
         name="object dropped",
         robot="fred",

@@ -1,7 +1,7 @@
 """Literals as the knowledge base writes them: `robot_position(robots, rel1, ref1)`."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from planner.errors import KnowledgeBaseError
@@ -35,3 +35,9 @@ class Literal:
 
     def __str__(self) -> str:
         return f"{self.predicate}({', '.join(self.terms)})"
+
+
+def ground_all(literals: Iterable[Literal], binding: Mapping[str, str]) -> tuple[Fact, ...]:
+    """The facts under the binding, as `Literal.ground` makes each; large plans ask for hundreds of thousands."""
+    of = binding.get
+    return tuple([Fact(one.predicate, tuple(map(of, one.terms, one.terms))) for one in literals])

@@ -23,7 +23,7 @@ from planner.knowledge.action import (
 from planner.knowledge.change import DISTANCE, DURATION, ENERGY, NumberChange
 from planner.knowledge.comparison import Comparison, Term, read_comparison
 from planner.knowledge.expression import Expression, Functions, scale_term
-from planner.knowledge.literal import Literal
+from planner.knowledge.literal import Literal, ground_all
 from planner.knowledge.schema import TIME
 from planner.knowledge.timing import UNDER_WAY, Span
 
@@ -216,10 +216,10 @@ class Operator:
             tag=self.spec.name,
             arguments={name: self._argument(name, binding) for name in self.arguments},
             agents=tuple([binding[agent] for agent in self.agents]),
-            preconditions=_ground(self.preconditions, binding),
-            deletes=_ground(self.deletes, binding),
-            intended_effects=_ground(self.intended_effects, binding),
-            other_effects=_ground(self.other_effects, binding),
+            preconditions=ground_all(self.preconditions, binding),
+            deletes=ground_all(self.deletes, binding),
+            intended_effects=ground_all(self.intended_effects, binding),
+            other_effects=ground_all(self.other_effects, binding),
             duration_s=round(seconds, 3),
             distance_m=distance_m,
             energy_j=energy_j,
@@ -304,8 +304,3 @@ def _expand(
         for members in product(*(teams[name] for name in own)):
             expanded[literal.rename({**chosen, **dict(zip(own, members, strict=True))})] = span
     return expanded
-
-
-def _ground(literals: tuple[Literal, ...], binding: Mapping[str, str]) -> tuple[Fact, ...]:
-    of = binding.get
-    return tuple([Fact(one.predicate, tuple(map(of, one.terms, one.terms))) for one in literals])

@@ -17,7 +17,7 @@ from itertools import pairwise
 
 from planner.fact import Fact
 from planner.knowledge.expression import Functions
-from planner.knowledge.literal import Literal
+from planner.knowledge.literal import Literal, ground_all
 from planner.knowledge.operator import GroundAction, Operator
 from planner.knowledge.timing import AT_END, AT_START, END, START, UNDER_WAY, Moment, Span
 
@@ -107,13 +107,13 @@ def ground_phases(
             replace(
                 action,
                 preconditions=(
-                    *_ground(phase.preconditions, binding),
+                    *ground_all(phase.preconditions, binding),
                     *(more_needs if is_first else kept),
                 ),
-                deletes=(*_ground(phase.deletes, binding), *(more_deletes if is_first else ())),
-                intended_effects=_ground(phase.intended_effects, binding),
+                deletes=(*ground_all(phase.deletes, binding), *(more_deletes if is_first else ())),
+                intended_effects=ground_all(phase.intended_effects, binding),
                 other_effects=(
-                    *_ground(phase.other_effects, binding),
+                    *ground_all(phase.other_effects, binding),
                     *(more_effects if is_last else ()),
                 ),
                 duration_s=seconds,
@@ -128,12 +128,8 @@ def ground_phases(
 
 def _beyond(facts: Sequence[Fact], stated: Sequence[Literal], binding: Mapping[str, str]) -> list[Fact]:
     """The facts that no literal of the operator states."""
-    own = _ground(stated, binding)
+    own = ground_all(stated, binding)
     return [fact for fact in facts if fact not in own]
-
-
-def _ground(literals: Sequence[Literal], binding: Mapping[str, str]) -> tuple[Fact, ...]:
-    return tuple([literal.ground(binding) for literal in literals])
 
 
 def phases_of(op: Operator) -> tuple[Phase, ...]:

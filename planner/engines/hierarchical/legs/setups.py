@@ -168,7 +168,7 @@ class Setups:
         self._ways: dict[tuple[Configuration, Configuration], Way | None] = {}
         self._steps: dict[Configuration, tuple[Way, ...]] = {}
         self._static_bindings: dict[str, Sequence[Binding]] = {}
-        self._own_bindings: dict[tuple[str, Configuration], Sequence[Binding]] = {}
+        self._own_bindings: dict[Configuration, Mapping[str, Sequence[Binding]]] = {}
         self._searches: dict[Configuration, _Search] = {}
 
     def way(self, start: Configuration, need: Configuration) -> Way | None:
@@ -207,20 +207,23 @@ class Setups:
         """The quickest single action that brings about all that is missing."""
         best: Way | None = None
         for op, binding in self._achievers(min(need - start)):
-            for own in self._bound_by(start, op):
+            for own in self._bound_by(start)[op.name]:
                 for way in self._ways_of(start, op, _merged(binding, own)):
                     if need <= way.end and (best is None or _span(way) < _span(best)):
                         best = way
         return best
 
-    def _bound_by(self, start: Configuration, op: Operator) -> Sequence[Binding]:
-        """The bindings of what an operator asks of its agent's configuration."""
-        key = op.name, start
-        if key not in self._own_bindings:
+    def _bound_by(self, start: Configuration) -> Mapping[str, Sequence[Binding]]:
+        """By operator the bindings of what it asks of its agent's configuration."""
+        if start not in self._own_bindings:
             here = FactTable(start)
-            literals = [(literal, here) for literal in self._own[op.name]]
-            self._own_bindings[key] = list(self._joined(op, literals, {op.agents[0]: self.agent}))
-        return self._own_bindings[key]
+            self._own_bindings[start] = {
+                op.name: list(
+                    self._joined(op, [(one, here) for one in self._own[op.name]], {op.agents[0]: self.agent})
+                )
+                for op in self._operators
+            }
+        return self._own_bindings[start]
 
     def _ways_of(self, start: Configuration, op: Operator, binding: Binding | None) -> Iterator[Way]:
         """What the actions of a binding lead to that the statics and the configuration allow; None: there are none."""
@@ -255,21 +258,21 @@ class Setups:
         if named == [self.agent] and facts == change.facts:
             if not change.is_setup:
                 return None
-            gone = [action.deletes[n] for n in change.gone]
-            come = [effects[n] for n in change.come]
+            gone: Iterable[Fact] = [action.deletes[n] for n in change.gone]
+            come: Iterable[Fact] = [effects[n] for n in change.come]
         else:
             classified = self._classified
             if not classified.things.isdisjoint(named) or not classified.is_setup(action):
                 return None
-            gone = [*classified.configuration(self.agent, action.deletes)]
-            come = [*classified.configuration(self.agent, effects)]
+            gone = classified.configuration(self.agent, action.deletes)
+            come = classified.configuration(self.agent, effects)
         end = start.difference(gone).union(come)
         return Way(actions=(action,), end=end) if end != start else None
 
     def _reached(self, start: Configuration) -> Iterator[Way]:
         """What every single action leads to."""
         for op in self._operators:
-            own = self._bound_by(start, op)
+            own = self._bound_by(start)[op.name]
             for binding in self._anywhere(op) if own else ():
                 for one in own:
                     yield from self._ways_of(start, op, _merged(binding, one))
