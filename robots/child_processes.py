@@ -6,6 +6,8 @@ fork server). They share its memory as long as they do not write to it, and star
 else and has no threads, so that nothing is under way when it is forked.
 """
 
+import ctypes
+import gc
 import logging
 import os
 import signal
@@ -24,6 +26,9 @@ ATTEMPTS = 20
 """At forking a child, for the process that it is to be forked from may have been killed."""
 PAUSE_S = 0.05
 """Between two attempts: its end is noticed within a few milliseconds."""
+
+MADV_DONTNEED = 4
+"""Linux's number for `madvise`: the pages are read from their file again if they are needed."""
 
 _sharing = Event()
 """Set while children are forked."""
@@ -49,6 +54,33 @@ def sharing(*modules: str) -> Iterator[None]:
         yield
     finally:
         _sharing.clear()
+
+
+def keep_for_children() -> None:
+    """Prepare what is loaded for the processes that are forked: for the end of a module that `sharing` is given.
+
+    Collections will not scan it, which would write to each object, and so share none. Of the libraries, the pages that
+    only loading needed are given back: LLVM's, 69 MB.
+    """
+    gc.freeze()
+    system = ctypes.CDLL(None)
+    with suppress(OSError):  # there is no /proc
+        for start, length in _unchanged_files():
+            system.madvise(ctypes.c_void_p(start), ctypes.c_size_t(length), MADV_DONTNEED)
+
+
+def _unchanged_files() -> Iterator[tuple[int, int]]:
+    """The mappings of files, each with its length, that are only read and in which no page differs from the file."""
+    found = None
+    for line in Path("/proc/self/smaps").read_text().splitlines():
+        match line.split(maxsplit=5):
+            case [bounds, "r--p" | "r-xp", _, _, _, path] if path.startswith("/"):
+                start, end = (int(bound, 16) for bound in bounds.split("-"))
+                found = start, end - start
+            case [bounds, _, _, _, _, *_] if "-" in bounds:
+                found = None
+            case ["Anonymous:", "0", "kB"] if found:
+                yield found
 
 
 def start_child(target: Callable[..., None], *args: Any, name: str, shares: bool = True) -> BaseProcess:

@@ -9,9 +9,10 @@ gc.disable()  # it would scan what is being imported
 import sim.process.persistence
 import sim.process.world_loop
 import sim.world.agents
+from robots.child_processes import keep_for_children
 from robots.compilation import load
 from sim.process.first_calls import SIMULATION
 
 load(SIMULATION)
-gc.freeze()  # collections in the forked processes would write to each object, and so share none
+keep_for_children()
 gc.enable()

@@ -37,6 +37,23 @@ if __name__ == "__main__":
     found.append(told("after"))
     print(json.dumps([os.getpid(), *found]))
 """
+KEEPING = """
+import gc, json
+from pathlib import Path
+import numpy
+from robots.child_processes import keep_for_children
+
+def of_files_kb():
+    status = Path("/proc/self/status").read_text()
+    return int(status.split("RssFile:")[1].split()[0])
+
+numpy.linalg.inv(numpy.eye(200))
+before_kb = of_files_kb()
+keep_for_children()
+after_kb = of_files_kb()
+same = bool((numpy.linalg.inv(numpy.eye(200)) == numpy.eye(200)).all())
+print(json.dumps([before_kb, after_kb, gc.get_freeze_count(), same]))
+"""
 
 
 def shared(*modules: str) -> list[Any]:
@@ -105,3 +122,11 @@ def test_children_are_forked_from_one_process_that_has_what_they_share() -> None
 
 def test_a_module_that_is_missing_is_left_out() -> None:
     assert [told["has_shared"] for told in shared("robots.no_such_module")[1:4]] == [True, True, False]
+
+
+def test_what_only_loading_needed_of_libraries_is_given_back_and_read_again_if_needed() -> None:
+    done = subprocess.run([sys.executable, "-c", KEEPING], capture_output=True, text=True, check=True)
+    before_kb, after_kb, frozen, same = json.loads(done.stdout)
+    assert after_kb < before_kb / 2
+    assert frozen > 0
+    assert same

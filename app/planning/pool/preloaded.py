@@ -1,9 +1,9 @@
 """What planning processes share (`robots.child_processes.sharing`): modules, and the machine code of the planner."""
 
 from planner.engines.garbage_collection import loading
+from robots.child_processes import keep_for_children
 from robots.compilation import load
 
-# What is frozen is not scanned by collections in the forked processes, which would write to each object and share none.
 with loading():
     import app.planning.pool.process  # noqa: F401, for the processes that are forked
     from app.planning.pool.work import PLANNER
@@ -11,3 +11,5 @@ with loading():
     # NOTE: whether the planner's functions run compiled is decided where their modules are imported.
     if load(PLANNER):
         import planner.engines.registry  # noqa: F401
+
+keep_for_children()
