@@ -25,8 +25,9 @@ from app.agents.speech import SpeechService
 from app.agents.teleoperation import Teleoperation
 from app.agents.tuning import TuningService
 from app.agents.world_service import WorldService
-from app.api.app import Services, build_api
+from app.api.app import build_api
 from app.api.recordings import recorded_bodies
+from app.api.services import Services
 from app.background_compilation import BackgroundCompilation, Stage
 from app.core import Core
 from app.domain.mission_organiser import Margin

@@ -1,25 +1,18 @@
 """The FastAPI application: routes, streams, problems, the console's files and authentication."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from functools import cache
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 from fastapi.staticfiles import StaticFiles
 from starlette.middleware.gzip import DEFAULT_EXCLUDED_CONTENT_TYPES, GZipMiddleware
+from starlette.routing import BaseRoute
 
-from app.agents import Questions, RobotBoard
-from app.agents.breakpoints import BreakpointService
-from app.agents.robot_directory import RobotDirectory
-from app.agents.rules import RuleService
 from app.agents.running_world import WorldState
-from app.agents.speech import SpeechService
-from app.agents.teleoperation import Teleoperation
-from app.agents.tuning import TuningService
-from app.agents.world_service import WorldService
 from app.api import problems
 from app.api.auth import TokenCheck, TokenMiddleware
 from app.api.bodies import GoalBody, plan_body
@@ -43,99 +36,45 @@ from app.api.recordings import MCAP, recordings_router
 from app.api.robot_rules import robot_rules_router
 from app.api.robot_sensors import robot_sensors_router
 from app.api.robots import robots_router
+from app.api.services import Services, provide
 from app.api.streams import DepartureMiddleware, streams_router
 from app.api.teleoperation import teleoperation_router
 from app.api.viewer_proxy import view_router, viewer_router
 from app.api.world_changes import world_changes_router
 from app.api.world_set import world_set_router
 from app.api.worlds import worlds_router
-from app.background_compilation import Stage
-from app.missions.dialogues import DialogueService
-from app.missions.embodiments import EmbodimentService
-from app.missions.factsheets import Factsheets
-from app.missions.lost_robots import LostRobots
-from app.missions.mission_service import MissionService
-from app.missions.out_of_service import OutOfService
-from app.missions.replanning import MissionReplanning
-from app.missions.roles import RoleService
-from app.missions.sensor_sources import SensorSources
-from app.missions.world_changes import WorldChanges
-from app.missions.world_set import WorldSet
-from app.packs.contents import PackContents
-from app.planning.alternatives import Alternatives
-from app.planning.approval import PlanApproval
-from app.planning.bids import PlanBids
-from app.planning.explanations import Explanations
-from app.planning.export import PlanExport
-from app.planning.goal_service import GoalService
-from app.planning.hold_service import HoldService
-from app.planning.tenders import Tenders
-from app.recordings import RecordingStore
-from app.settings import Settings
-from app.store.event_log import EventLog
 from app.workflows import PLANNING
-from app.workflows.leases import Executor, ExecutorRegistry
-from robots.clock import Clock
-from robots.link.mqtt.inbox import Rejected
+from app.workflows.leases import Executor
 
 MIN_COMPRESSED_BYTES = 2000
 COMPRESSION_LEVEL = 4
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Services:
-    """The services that the routes call.
-
-    :param token: the administrator's token.
-    :param stopping: set when the process is about to end; open streams then end.
-    :param waits_for: why the service cannot plan yet; empty once it can.
-    :param compilation: how far the compilation of its planner and its worlds is.
-    :param other_packs: which of the service's processes run other domain packs than this one, in words.
-    :param link_faults: by world, code and words of why no message to or from its robots can pass.
-    :param invalid_messages: by world, the messages from its robots that were dropped as invalid.
-    """
-
-    token: str
-    settings: Settings
-    stopping: Event
-    events: EventLog
-    clocks: Mapping[str, Clock]
-    board: RobotBoard
-    goals: GoalService
-    holds: HoldService
-    alternatives: Alternatives
-    plans: PlanApproval
-    explanations: Explanations
-    plan_bids: PlanBids
-    tenders: Tenders
-    export: PlanExport
-    missions: MissionService
-    replanning: MissionReplanning
-    worlds: WorldService
-    world_set: WorldSet
-    world_changes: WorldChanges
-    factsheets: Factsheets
-    robots: RobotDirectory
-    questions: Questions
-    tunings: TuningService
-    rules: RuleService
-    breakpoints: BreakpointService
-    roles: RoleService
-    sensor_sources: SensorSources
-    embodiments: EmbodimentService
-    speech: SpeechService
-    dialogues: DialogueService
-    lost_robots: LostRobots
-    out_of_service: OutOfService
-    teleoperation: Teleoperation
-    recordings: RecordingStore
-    executors: ExecutorRegistry
-    packs: Sequence[PackContents]
-    waits_for: Callable[[], str] = lambda: ""
-    compilation: Callable[[], Stage] = lambda: Stage.COMPILED
-    other_packs: Callable[[Sequence[Executor]], Sequence[str]] = lambda executors: ()
-    invalid_messages: Callable[[], Mapping[str, Rejected]] = dict
-    link_faults: Callable[[], Mapping[str, tuple[str, str]]] = dict
+@cache
+def shared_routes() -> Sequence[BaseRoute]:
+    """The routes that every application of the process has; they get its services with each request."""
+    routers = [
+        goals_router(),
+        plans_router(),
+        plan_bids_router(),
+        missions_router(),
+        worlds_router(),
+        world_set_router(),
+        holds_router(),
+        world_changes_router(),
+        factsheets_router(),
+        robots_router(),
+        robot_rules_router(),
+        breakpoints_router(),
+        conversations_router(),
+        robot_sensors_router(),
+        embodiments_router(),
+        dialogues_router(),
+        teleoperation_router(),
+        executors_router(),
+        packs_router(),
+    ]
+    return [route for router in routers for route in router.routes]
 
 
 def build_api(service: Services, *, viewer: Callable[[], str | None], static: Path) -> FastAPI:
@@ -148,32 +87,8 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
         redoc_url=None,
     )
     problems.install(api)
+    provide(api, service)
     routers = [
-        goals_router(service.goals, service.alternatives, service.plans),
-        plans_router(service.plans, service.alternatives, service.explanations, service.export),
-        plan_bids_router(service.plan_bids, service.tenders),
-        missions_router(service.missions, service.replanning),
-        worlds_router(service.worlds),
-        world_set_router(service.world_set, service.worlds),
-        holds_router(service.holds),
-        world_changes_router(service.world_changes, service.worlds.knowledge_base),
-        factsheets_router(service.factsheets),
-        robots_router(
-            service.robots,
-            service.questions,
-            service.tunings,
-            service.dialogues,
-            service.lost_robots,
-            service.out_of_service,
-            service.factsheets,
-        ),
-        robot_rules_router(service.rules, service.roles),
-        breakpoints_router(service.breakpoints),
-        conversations_router(service.robots, service.speech),
-        robot_sensors_router(service.sensor_sources),
-        embodiments_router(service.embodiments),
-        dialogues_router(service.dialogues),
-        teleoperation_router(service.teleoperation),
         streams_router(
             events=service.events,
             board=service.board,
@@ -183,14 +98,13 @@ def build_api(service: Services, *, viewer: Callable[[], str | None], static: Pa
             max_open=service.settings.open_streams,
         ),
         recordings_router(service.recordings, static),
-        executors_router(service.executors),
-        packs_router(service.packs),
         view_router(viewer),
         viewer_router(viewer, check.admits, max_open=service.settings.open_streams),
         views_router(PageViews(), max_open=service.settings.open_streams),
     ]
+    # As they are: `include_router` would build each of these routes a second time, with the same settings.
+    api.routes.extend(shared_routes())
     for router in routers:
-        # As they are: `include_router` would build each of these routes a second time, with the same settings.
         api.routes.extend(router.routes)
     _add_health(api, service)
     api.mount("/", StaticFiles(directory=static, html=True), name="console")

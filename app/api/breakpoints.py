@@ -5,11 +5,12 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from app.agents.breakpoints import BreakpointService, RobotBreakpoints
+from app.agents.breakpoints import RobotBreakpoints
 from app.api.bodies import Request
 from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 from robots.wire import ToldAgent
 
@@ -62,32 +63,32 @@ class BreakpointsBody(BaseModel):
     ended: str = Field(description="why it has gone on by itself; empty: it has not")
 
 
-def breakpoints_router(breakpoints: BreakpointService) -> APIRouter:
+def breakpoints_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/robots/{name}/breakpoints", responses=declared(503))
-    def get_breakpoints(name: Id) -> BreakpointsBody:
+    def get_breakpoints(services: AppServices, name: Id) -> BreakpointsBody:
         """The breakpoints of the robot's rules, and where its world stands."""
-        return _body(breakpoints.get(name))
+        return _body(services.breakpoints.get(name))
 
     @router.put("/robots/{name}/breakpoints", responses=declared(409, 503))
-    def set_breakpoints(name: Id, body: SetBreakpoints) -> BreakpointsBody:
+    def set_breakpoints(services: AppServices, name: Id, body: SetBreakpoints) -> BreakpointsBody:
         """Have the whole simulated world stand where one of these rules of the robot fires; replaces earlier ones.
 
         It stands before what the rule commits to takes effect, for 600 s of wall-clock time at most. A world in which
         no breakpoint is left goes on. 409 for robots with software of their own, and worlds that a fleet drives.
         """
-        return _body(breakpoints.put(name, body.rules, actor=ACTOR))
+        return _body(services.breakpoints.put(name, body.rules, actor=ACTOR))
 
     @router.post("/robots/{name}/breakpoints:step", responses=declared(409, 503))
-    def step(name: Id) -> BreakpointsBody:
+    def step(services: AppServices, name: Id) -> BreakpointsBody:
         """Let the robot's world, which stands at a breakpoint, make one control cycle: each robot deliberates once."""
-        return _body(breakpoints.go_on(name, one_cycle=True))
+        return _body(services.breakpoints.go_on(name, one_cycle=True))
 
     @router.post("/robots/{name}/breakpoints:continue", responses=declared(409, 503))
-    def go_on(name: Id) -> BreakpointsBody:
+    def go_on(services: AppServices, name: Id) -> BreakpointsBody:
         """Let the robot's world, which stands at a breakpoint, go on until the next one is met."""
-        return _body(breakpoints.go_on(name, one_cycle=False))
+        return _body(services.breakpoints.go_on(name, one_cycle=False))
 
     return router
 

@@ -3,10 +3,9 @@
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.agents.robot_directory import RobotDirectory
-from app.agents.speech import SpeechService
 from app.api.bodies import Page
 from app.api.parameters import Id
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 from robots.wire import Performative
 
@@ -44,13 +43,15 @@ class ConversationBody(BaseModel):
     opened_at: str
 
 
-def conversations_router(robots: RobotDirectory, speech: SpeechService) -> APIRouter:
+def conversations_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/robots/{name}/conversations")
-    def get_conversations(name: Id, limit: int = Query(default=50, ge=1, le=200)) -> Page[ConversationBody]:
+    def get_conversations(
+        services: AppServices, name: Id, limit: int = Query(default=50, ge=1, le=200)
+    ) -> Page[ConversationBody]:
         """The robot's conversations with the service, the newest first. Robots' own are in `mind`, while open."""
-        found = speech.of_robot(robots.robot(name).view.name, limit=limit)
+        found = services.speech.of_robot(services.robots.robot(name).view.name, limit=limit)
         return Page(items=[ConversationBody.model_validate(one) for one in found])
 
     return router

@@ -9,9 +9,10 @@ from app.api.bodies import Decision, Page, Request
 from app.api.goals import ACTOR
 from app.api.parameters import After, Id, IdempotencyKey, Limit
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 from app.domain.lifecycles.dialogue import DialogueState
-from app.missions.dialogues import DialogueService, Word
+from app.missions.dialogues import Word
 from app.store import DialogueRow
 from robots.wire import Performative
 
@@ -89,11 +90,13 @@ class DialogueBody(BaseModel):
 _COLUMNS = ("id", "robot", "world", "state", "reason", "text", "lines", "said_by", "created_at")
 
 
-def dialogues_router(dialogues: DialogueService) -> APIRouter:
+def dialogues_router() -> APIRouter:
     router = APIRouter(prefix="/v1/robots/{name}/dialogues", tags=TAGS)
 
     @router.post("", status_code=202, responses=declared(404, 409))
-    def say(name: Id, body: SayWord, idempotency_key: IdempotencyKey = None) -> DialogueBody:
+    def say(
+        services: AppServices, name: Id, body: SayWord, idempotency_key: IdempotencyKey = None
+    ) -> DialogueBody:
         """Say something to one robot.
 
         What moves it becomes a script of its own, which is shown (`proposed`) and waits for `:approve`, unless
@@ -103,27 +106,31 @@ def dialogues_router(dialogues: DialogueService) -> APIRouter:
         be, or says that no message holds it (`too-long-to-say`).
         """
         word = Word(text=body.text, dialogue=body.dialogue, approve=body.approve, key=idempotency_key)
-        return DialogueBody.of(dialogues.say(name, word, actor=ACTOR))
+        return DialogueBody.of(services.dialogues.say(name, word, actor=ACTOR))
 
     @router.get("", responses=declared(404))
-    def list_dialogues(name: Id, limit: Limit = 100, after: After = None) -> Page[DialogueBody]:
+    def list_dialogues(
+        services: AppServices, name: Id, limit: Limit = 100, after: After = None
+    ) -> Page[DialogueBody]:
         """The robot's dialogues, newest first."""
-        rows, token = dialogues.newest(name, limit=limit, after=after)
+        rows, token = services.dialogues.newest(name, limit=limit, after=after)
         return Page(items=[DialogueBody.of(row) for row in rows], next=token)
 
     @router.get("/{dialogue_id}", responses=declared(404))
-    def get_dialogue(name: Id, dialogue_id: Id) -> DialogueBody:
-        return DialogueBody.of(dialogues.get(name, dialogue_id))
+    def get_dialogue(services: AppServices, name: Id, dialogue_id: Id) -> DialogueBody:
+        return DialogueBody.of(services.dialogues.get(name, dialogue_id))
 
     @router.post("/{dialogue_id}:approve", status_code=202, responses=declared(404, 409))
-    def approve(name: Id, dialogue_id: Id) -> DialogueBody:
+    def approve(services: AppServices, name: Id, dialogue_id: Id) -> DialogueBody:
         """Have the robot carry out the script that is shown. 409 if none is."""
-        return DialogueBody.of(dialogues.approve(name, dialogue_id, actor=ACTOR))
+        return DialogueBody.of(services.dialogues.approve(name, dialogue_id, actor=ACTOR))
 
     @router.post("/{dialogue_id}:withdraw", status_code=202, responses=declared(404, 409))
-    def withdraw(name: Id, dialogue_id: Id, body: Decision | None = None) -> DialogueBody:
+    def withdraw(
+        services: AppServices, name: Id, dialogue_id: Id, body: Decision | None = None
+    ) -> DialogueBody:
         """Withdraw what was said; a script under way ends. 409 if it has ended."""
         comment = body.comment if body else ""
-        return DialogueBody.of(dialogues.withdraw(name, dialogue_id, actor=ACTOR, comment=comment))
+        return DialogueBody.of(services.dialogues.withdraw(name, dialogue_id, actor=ACTOR, comment=comment))
 
     return router

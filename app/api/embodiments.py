@@ -9,9 +9,9 @@ from app.api.bodies import Request
 from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 from app.domain.lifecycles.embodiment import EmbodimentState
-from app.missions.embodiments import EmbodimentService
 from robots.world.bodies import BodyKind, BodySpec
 
 
@@ -65,16 +65,16 @@ class EmbodimentBody(BaseModel):
     attempts: list[AttemptBody] = Field(description="moves, newest first")
 
 
-def embodiments_router(embodiments: EmbodimentService) -> APIRouter:
+def embodiments_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/robots/{name}/embodiment")
-    def get_embodiment(name: Id) -> EmbodimentBody:
+    def get_embodiment(services: AppServices, name: Id) -> EmbodimentBody:
         """The body that the robot's mind is in, until when it may act there, and its moves."""
-        return EmbodimentBody.model_validate(embodiments.get(name))
+        return EmbodimentBody.model_validate(services.embodiments.get(name))
 
     @router.post("/robots/{name}:embody", status_code=202, responses=declared(409))
-    def embody(name: Id, body: Embody) -> EmbodimentBody:
+    def embody(services: AppServices, name: Id, body: Embody) -> EmbodimentBody:
         """Move the robot's mind into another body, while it works, too; the present body withdraws a move, or changes
         its lease.
 
@@ -83,7 +83,9 @@ def embodiments_router(embodiments: EmbodimentService) -> APIRouter:
         is handed over between the world's simulation and the robot's own software, which must be there.
         """
         wanted = None if body.body == "real" else body.body
-        moved = embodiments.embody(name, wanted, lease_s=body.lease_s, actor=ACTOR, comment=body.comment)
+        moved = services.embodiments.embody(
+            name, wanted, lease_s=body.lease_s, actor=ACTOR, comment=body.comment
+        )
         return EmbodimentBody.model_validate(moved)
 
     return router

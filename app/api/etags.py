@@ -1,8 +1,12 @@
-"""Versions as ETags: a change may name the version it was made from."""
+"""Versions as ETags: a change may name the version it was made from; an answer is serialised once for each version."""
 
+from collections.abc import Callable
 from typing import Annotated
 
-from fastapi import Header
+from fastapi import Header, Response
+
+from app.api.bodies import FactsBody, NumbersBody
+from app.api.plan_json import JSON
 
 ANY = "*"
 IfMatch = Annotated[
@@ -23,3 +27,18 @@ def version_of(if_match: str | None) -> int | None:
     if if_match is None or if_match == ANY:
         return None
     return int(if_match.removeprefix("W/").strip('"'))
+
+
+class VersionedJson:
+    """The newest answer about each world: serialised once for each version of what it shows."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, tuple[str, bytes]] = {}
+
+    def answer(self, world_id: str, version: int, read: Callable[[], FactsBody | NumbersBody]) -> Response:
+        """:param version: the present one; the known answer is given again if it is of this version."""
+        known = self._known.get(world_id)
+        if known is None or known[0] != etag_of(version):
+            body = read()
+            known = self._known[world_id] = (etag_of(body.version), body.model_dump_json().encode())
+        return Response(known[1], media_type=JSON, headers={"etag": known[0]})

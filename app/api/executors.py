@@ -6,8 +6,8 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from app.api.bodies import Page
+from app.api.services import AppServices
 from app.planning.pool.status import PoolStatus
-from app.workflows.leases import ExecutorRegistry
 
 
 class ExecutorBody(BaseModel):
@@ -31,13 +31,15 @@ class ExecutorBody(BaseModel):
     )
 
 
-def executors_router(registry: ExecutorRegistry) -> APIRouter:
+def executors_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["health"])
 
     @router.get("/executors")
-    def list_executors() -> Page[ExecutorBody]:
+    def list_executors(services: AppServices) -> Page[ExecutorBody]:
         """The service's processes on this database, the oldest first; ended ones are listed for a minute."""
-        items = [ExecutorBody.model_validate(one, from_attributes=True) for one in registry.executors()]
+        items = [
+            ExecutorBody.model_validate(one, from_attributes=True) for one in services.executors.executors()
+        ]
         return Page(items=items)
 
     return router

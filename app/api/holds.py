@@ -8,12 +8,12 @@ from pydantic import BaseModel, Field
 from app.api.bodies import Decision, Page
 from app.api.goals import ACTOR
 from app.api.parameters import Id, Limit
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 from app.domain.goal_language.kept_facts import HoldFact
 from app.domain.goal_language.stated_holds import HoldEnd, kept_words
 from app.domain.kept_record import LostFact
 from app.domain.lifecycles.hold import HoldEnding, HoldState
-from app.planning.hold_service import HoldService
 from app.store import HoldRow
 from app.store.standing_holds import end_in_words, facts_of
 
@@ -52,17 +52,23 @@ class HoldBody(BaseModel):
         return cls.model_validate({**known, **words})
 
 
-def holds_router(holds: HoldService) -> APIRouter:
+def holds_router() -> APIRouter:
     router = APIRouter(prefix="/v1/worlds/{world_id}/holds", tags=TAGS)
 
     @router.get("")
-    def list_holds(world_id: Id, state: HoldState = HoldState.HELD, limit: Limit = 100) -> Page[HoldBody]:
+    def list_holds(
+        services: AppServices, world_id: Id, state: HoldState = HoldState.HELD, limit: Limit = 100
+    ) -> Page[HoldBody]:
         """The world's holds, newest first: those that stand, or with `state=ended` those that are over."""
-        return Page(items=[HoldBody.of(row) for row in holds.of_world(world_id, state=state, limit=limit)])
+        return Page(
+            items=[HoldBody.of(row) for row in services.holds.of_world(world_id, state=state, limit=limit)]
+        )
 
     @router.post("/{hold_id}:end")
-    def end_hold(world_id: Id, hold_id: Id, body: Decision | None = None) -> HoldBody:
+    def end_hold(services: AppServices, world_id: Id, hold_id: Id, body: Decision | None = None) -> HoldBody:
         """End a hold early; goals that wait for it are planned. Ending it again changes nothing."""
-        return HoldBody.of(holds.end(world_id, hold_id, actor=ACTOR, comment=body.comment if body else ""))
+        return HoldBody.of(
+            services.holds.end(world_id, hold_id, actor=ACTOR, comment=body.comment if body else "")
+        )
 
     return router

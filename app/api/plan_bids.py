@@ -7,9 +7,8 @@ from app.api.bodies import Page
 from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.domain.tender_document import OfferBody, TenderBody
-from app.planning.bids import PlanBids
-from app.planning.tenders import Tenders
 
 
 class RobotBidBody(BaseModel):
@@ -35,29 +34,31 @@ class PartBidsBody(BaseModel):
     cheapest: str | None = Field(description="the robot whose bid costs least; null while there is none")
 
 
-def plan_bids_router(bids: PlanBids, tenders: Tenders) -> APIRouter:
+def plan_bids_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=["plans"])
 
     @router.post("/plans/{plan_id}:call_for_bids", status_code=202, responses=declared(409))
-    def call_for_bids(plan_id: Id) -> Page[PartBidsBody]:
+    def call_for_bids(services: AppServices, plan_id: Id) -> Page[PartBidsBody]:
         """Ask the robots of the world what each would bid for each robot's part of the proposed plan.
 
         Answers at once; read the bids with GET. The plan keeps its robots. 409 if it is no longer proposed, or robots
         have not answered the last call yet.
         """
-        return Page(items=[PartBidsBody.model_validate(one) for one in bids.call(plan_id, actor=ACTOR)])
+        return Page(
+            items=[PartBidsBody.model_validate(one) for one in services.plan_bids.call(plan_id, actor=ACTOR)]
+        )
 
     @router.get("/plans/{plan_id}/bids")
-    def get_bids(plan_id: Id) -> Page[PartBidsBody]:
+    def get_bids(services: AppServices, plan_id: Id) -> Page[PartBidsBody]:
         """What the robots have answered to the last call; empty if they were not asked."""
-        return Page(items=[PartBidsBody.model_validate(one) for one in bids.of(plan_id)])
+        return Page(items=[PartBidsBody.model_validate(one) for one in services.plan_bids.of(plan_id)])
 
     @router.get("/plans/{plan_id}/tender", responses=declared(409))
-    def get_tender(plan_id: Id) -> TenderBody:
+    def get_tender(services: AppServices, plan_id: Id) -> TenderBody:
         """Who bid what for the legs of the plan, who is awarded them and why, and what has become of the awards.
 
         409 if the plan's goal was not put to tender (`allocation`).
         """
-        return tenders.of_plan(plan_id)
+        return services.tenders.of_plan(plan_id)
 
     return router

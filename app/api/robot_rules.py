@@ -3,14 +3,15 @@
 from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.agents.rules import RuledRobot, RuleService
+from app.agents.rules import RuledRobot
 from app.api.bodies import Request
 from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.api.worlds import TAGS
-from app.missions.roles import RobotRole, RoleService
+from app.missions.roles import RobotRole
 from robots.wire import MAX_RULE_FILES, RuleText
 from robots.world import RoleSpec
 from robots.world.parts import Name, Tag
@@ -91,34 +92,38 @@ class RoleBody(BaseModel):
     )
 
 
-def robot_rules_router(rules: RuleService, roles: RoleService) -> APIRouter:
+def robot_rules_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/robots/{name}/rules")
-    def get_rules(name: Id, response: Response) -> RulesBody:
+    def get_rules(services: AppServices, name: Id, response: Response) -> RulesBody:
         """The robot's rule files, and what it has answered to them."""
-        return _rules(rules.get(name), response)
+        return _rules(services.rules.get(name), response)
 
     @router.put("/robots/{name}/rules", responses=declared(412))
-    def set_rules(name: Id, body: SetRules, response: Response, if_match: IfMatch = None) -> RulesBody:
+    def set_rules(
+        services: AppServices, name: Id, body: SetRules, response: Response, if_match: IfMatch = None
+    ) -> RulesBody:
         """Have the robot follow these rule files, which replace the earlier ones; none: no rules.
 
         Faults are refused by file, line and column. With `If-Match`, only if they were not changed since (412).
         Delivery is repeated until the robot answers, and again when its world starts again. A robot that refuses them
         goes on to follow what it followed before.
         """
-        ruled = rules.put(
+        ruled = services.rules.put(
             name, body.files, actor=ACTOR, comment=body.comment, expected_version=version_of(if_match)
         )
         return _rules(ruled, response)
 
     @router.get("/robots/{name}/role")
-    def get_role(name: Id, response: Response) -> RoleBody:
+    def get_role(services: AppServices, name: Id, response: Response) -> RoleBody:
         """The robot's role, and whether the robot knows of it."""
-        return _role(roles.get(name), response)
+        return _role(services.roles.get(name), response)
 
     @router.put("/robots/{name}/role", responses=declared(409, 412))
-    def set_role(name: Id, body: SetRole, response: Response, if_match: IfMatch = None) -> RoleBody:
+    def set_role(
+        services: AppServices, name: Id, body: SetRole, response: Response, if_match: IfMatch = None
+    ) -> RoleBody:
         """Give the robot a role: all of it or, refused with the reason, nothing.
 
         It is recruited for its tags alone from now on: goals that need more of it wait, plans that use it otherwise are
@@ -129,7 +134,7 @@ def robot_rules_router(rules: RuleService, roles: RoleService) -> APIRouter:
             name=body.role, tags=None if body.tags is None else tuple(body.tags), rules=body.rules
         )
         return _role(
-            roles.put(
+            services.roles.put(
                 name,
                 given,
                 home=body.home,
@@ -141,9 +146,9 @@ def robot_rules_router(rules: RuleService, roles: RoleService) -> APIRouter:
         )
 
     @router.delete("/robots/{name}/role", responses=declared(409, 412))
-    def clear_role(name: Id, response: Response, if_match: IfMatch = None) -> RoleBody:
+    def clear_role(services: AppServices, name: Id, response: Response, if_match: IfMatch = None) -> RoleBody:
         """End the robot's role: it is recruited for all that it can, and has the home again that it had before."""
-        ended = roles.put(name, None, actor=ACTOR, comment="", expected_version=version_of(if_match))
+        ended = services.roles.put(name, None, actor=ACTOR, comment="", expected_version=version_of(if_match))
         return _role(ended, response)
 
     return router

@@ -7,8 +7,9 @@ from app.api.bodies import Page, Request
 from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.api.worlds import TAGS
-from app.missions.sensor_sources import SensorSource, SensorSources
+from app.missions.sensor_sources import SensorSource
 
 
 class SetSource(Request):
@@ -27,21 +28,21 @@ class SensorBody(BaseModel):
     edition: int = Field(description="of the robot's world")
 
 
-def robot_sensors_router(sources: SensorSources) -> APIRouter:
+def robot_sensors_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/robots/{name}/sensors")
-    def list_sensors(name: Id) -> Page[SensorBody]:
+    def list_sensors(services: AppServices, name: Id) -> Page[SensorBody]:
         """The robot's sensors that have a virtual counterpart, and where their readings come from."""
-        return Page(items=[SensorBody.model_validate(one) for one in sources.of_robot(name)])
+        return Page(items=[SensorBody.model_validate(one) for one in services.sensor_sources.of_robot(name)])
 
     @router.put("/robots/{name}/sensors/{sensor}", responses=declared(409, 412))
-    def set_source(name: Id, sensor: Id, body: SetSource) -> SensorBody:
+    def set_source(services: AppServices, name: Id, sensor: Id, body: SetSource) -> SensorBody:
         """Replace a simulated robot's sensor by its virtual counterpart, or back, while it works.
 
         It is an edition of the world (event `world.changed`), which can be undone.
         """
-        put = sources.put(name, sensor, body.source, actor=ACTOR, comment=body.comment)
+        put = services.sensor_sources.put(name, sensor, body.source, actor=ACTOR, comment=body.comment)
         return SensorBody.model_validate(put)
 
     return router

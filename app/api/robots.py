@@ -2,14 +2,12 @@
 
 from typing import Any
 
-import anyio
 from anyio import to_thread
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.agents import Questions
-from app.agents.robot_directory import RobotDirectory, RobotReport
-from app.agents.tuning import TunedRobot, TuningService
+from app.agents.robot_directory import RobotReport
+from app.agents.tuning import TunedRobot
 from app.api.bodies import (
     Decision,
     FactsheetBody,
@@ -27,15 +25,10 @@ from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id, NameFilter
 from app.api.problems import declared
+from app.api.services import AppServices, Services
 from app.api.worlds import TAGS
-from app.missions.dialogues import DialogueService
-from app.missions.factsheets import Factsheets
-from app.missions.lost_robots import LostRobots
-from app.missions.out_of_service import OutOfService
 from robots.wire import TRACED_S, MindReport, PacketTunings, TraceReport
 
-WAITING_FOR_ROBOTS = 16
-"""Requests that may wait for robots' answers at the same time; further ones queue and do not block other routes."""
 EXAMPLE = {"NAVIGATE": {"translate/obstacle_avoid": {"stimulus.reach_m": 0.4}}}
 
 
@@ -74,97 +67,92 @@ class TuningBody(BaseModel):
     decided_at: str | None
 
 
-def robots_router(
-    robots: RobotDirectory,
-    questions: Questions,
-    tunings: TuningService,
-    dialogues: DialogueService,
-    lost: LostRobots,
-    out_of_service: OutOfService,
-    factsheets: Factsheets,
-) -> APIRouter:
+def robots_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
-    waiting = anyio.CapacityLimiter(WAITING_FOR_ROBOTS)
 
     @router.get("/robots", responses=declared(404))
-    def list_robots(world: NameFilter = None) -> Page[RobotBody]:
-        return Page(items=[_robot(report) for report in robots.robots(world)])
+    def list_robots(services: AppServices, world: NameFilter = None) -> Page[RobotBody]:
+        return Page(items=[_robot(report) for report in services.robots.robots(world)])
 
     @router.get("/peripherals", responses=declared(404))
-    def list_peripherals(world: NameFilter = None) -> Page[RobotBody]:
+    def list_peripherals(services: AppServices, world: NameFilter = None) -> Page[RobotBody]:
         """Doors, hatches and lifts. Each is `/v1/robots/NAME`, too, and is taken out of service as robots are."""
-        return Page(items=[_robot(report) for report in robots.peripherals(world)])
+        return Page(items=[_robot(report) for report in services.robots.peripherals(world)])
 
     @router.get("/robots/{name}")
-    def get_robot(name: Id) -> RobotDetailBody:
-        report = robots.robot(name)
-        row = factsheets.of_robot(report.view.world, name)
+    def get_robot(services: AppServices, name: Id) -> RobotDetailBody:
+        report = services.robots.robot(name)
+        row = services.factsheets.of_robot(report.view.world, name)
         return RobotDetailBody(
             **dict(_robot(report)),
             senses=list(report.senses),
             factsheet=None if row is None else FactsheetBody.model_validate(row),
-            dialogue_id=dialogues.open_one(name),
+            dialogue_id=services.dialogues.open_one(name),
         )
 
     @router.post("/robots/{name}:declare_lost", status_code=202)
-    def declare_lost(name: Id, body: Decision | None = None) -> RobotBody:
+    def declare_lost(services: AppServices, name: Id, body: Decision | None = None) -> RobotBody:
         """Declare the robot lost: its missions are recovered without it. It is ordered to stop when heard again.
 
         A robot that was silent is used again once it is heard and has reported the end of its script.
         """
-        world = robots.robot(name).view.world
-        lost.declare_lost(world, name, actor=ACTOR, comment=body.comment if body else "")
-        return _robot(robots.robot(name))
+        world = services.robots.robot(name).view.world
+        services.lost_robots.declare_lost(world, name, actor=ACTOR, comment=body.comment if body else "")
+        return _robot(services.robots.robot(name))
 
     @router.post("/robots/{name}:declare_found", status_code=202, responses=declared(409))
-    def declare_found(name: Id, body: Decision | None = None) -> RobotBody:
+    def declare_found(services: AppServices, name: Id, body: Decision | None = None) -> RobotBody:
         """Use a lost robot again. 409 if it is not lost or has not reported the end of its script."""
-        world = robots.robot(name).view.world
-        lost.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
-        return _robot(robots.robot(name))
+        world = services.robots.robot(name).view.world
+        services.lost_robots.declare_found(world, name, actor=ACTOR, comment=body.comment if body else "")
+        return _robot(services.robots.robot(name))
 
     @router.post("/robots/{name}:take_out_of_service")
-    def take_out_of_service(name: Id, body: TakeOutOfService) -> RobotBody:
+    def take_out_of_service(services: AppServices, name: Id, body: TakeOutOfService) -> RobotBody:
         """Have the robot end what it has begun and not recruit it: goals wait for it, plans with it are out of date."""
-        out_of_service.take_out([_named(name)], actor=ACTOR, reason=body.reason)
-        return _robot(robots.robot(name))
+        services.out_of_service.take_out([_named(services, name)], actor=ACTOR, reason=body.reason)
+        return _robot(services.robots.robot(name))
 
     @router.post("/robots/{name}:bring_back", responses=declared(409))
-    def bring_back(name: Id, body: Decision | None = None) -> RobotBody:
+    def bring_back(services: AppServices, name: Id, body: Decision | None = None) -> RobotBody:
         """Recruit the robot again. 409 if it is not out of service."""
-        out_of_service.bring_back([_named(name)], actor=ACTOR, comment=body.comment if body else "")
-        return _robot(robots.robot(name))
+        services.out_of_service.bring_back(
+            [_named(services, name)], actor=ACTOR, comment=body.comment if body else ""
+        )
+        return _robot(services.robots.robot(name))
 
     @router.post("/robots:take_out_of_service", responses=declared(404))
-    def take_group_out_of_service(body: TakeGroupOutOfService) -> Page[RobotBody]:
+    def take_group_out_of_service(services: AppServices, body: TakeGroupOutOfService) -> Page[RobotBody]:
         """Take several robots out of service, all or none."""
-        out_of_service.take_out([_named(name) for name in body.robots], actor=ACTOR, reason=body.reason)
-        return Page(items=[_robot(robots.robot(name)) for name in dict.fromkeys(body.robots)])
+        services.out_of_service.take_out(
+            [_named(services, name) for name in body.robots], actor=ACTOR, reason=body.reason
+        )
+        return Page(items=[_robot(services.robots.robot(name)) for name in dict.fromkeys(body.robots)])
 
     @router.post("/robots:bring_back", responses=declared(404, 409))
-    def bring_group_back(body: BringGroupBack) -> Page[RobotBody]:
+    def bring_group_back(services: AppServices, body: BringGroupBack) -> Page[RobotBody]:
         """Recruit several robots again, all or none. 409 names one that is not out of service."""
-        out_of_service.bring_back([_named(name) for name in body.robots], actor=ACTOR, comment=body.comment)
-        return Page(items=[_robot(robots.robot(name)) for name in dict.fromkeys(body.robots)])
-
-    def _named(name: str) -> tuple[str, str]:
-        """The robot with its world first."""
-        return robots.robot(name).view.world, name
+        services.out_of_service.bring_back(
+            [_named(services, name) for name in body.robots], actor=ACTOR, comment=body.comment
+        )
+        return Page(items=[_robot(services.robots.robot(name)) for name in dict.fromkeys(body.robots)])
 
     @router.get("/robots/{name}/trace", responses=declared(409, 429, 504))
-    async def get_trace(name: Id, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)) -> TraceReport:
+    async def get_trace(
+        services: AppServices, name: Id, seconds: float = Query(default=5.0, gt=0, le=TRACED_S)
+    ) -> TraceReport:
         """The robot's behaviour synthesis in the last seconds, queried from the robot (504 if it does not answer).
 
         Times are the world's clock. A tick's (r, u) are in the order of its stretch's `patterns` and `dofs`.
         """
 
         def ask() -> TraceReport:
-            return questions.trace(robots.robot(name).view.name, seconds)
+            return services.questions.trace(services.robots.robot(name).view.name, seconds)
 
-        return await to_thread.run_sync(ask, limiter=waiting)
+        return await to_thread.run_sync(ask, limiter=services.waiting_for_robots)
 
     @router.get("/robots/{name}/mind", responses=declared(409, 429, 504))
-    async def get_mind(name: Id) -> MindReport:
+    async def get_mind(services: AppServices, name: Id) -> MindReport:
         """What the robot's rules have made of it: beliefs, commitments, roles and open conversations.
 
         Queried from the robot (504 if it does not answer, 409 if its software does not know the question). A commitment
@@ -172,23 +160,25 @@ def robots_router(
         """
 
         def ask() -> MindReport:
-            return questions.mind(robots.robot(name).view.name)
+            return services.questions.mind(services.robots.robot(name).view.name)
 
-        return await to_thread.run_sync(ask, limiter=waiting)
+        return await to_thread.run_sync(ask, limiter=services.waiting_for_robots)
 
     @router.get("/robots/{name}/tuning")
-    def get_tuning(name: Id, response: Response) -> TuningBody:
+    def get_tuning(services: AppServices, name: Id, response: Response) -> TuningBody:
         """Every parameter of the robot's packets, with its overrides."""
-        return _tuning(tunings.get(name), response)
+        return _tuning(services.tunings.get(name), response)
 
     @router.put("/robots/{name}/tuning", responses=declared(412))
-    def set_tuning(name: Id, body: SetTuning, response: Response, if_match: IfMatch = None) -> TuningBody:
+    def set_tuning(
+        services: AppServices, name: Id, body: SetTuning, response: Response, if_match: IfMatch = None
+    ) -> TuningBody:
         """Override parameters of the robot's packets from its next packet on; replaces the earlier overrides.
 
         With `If-Match`, only if they were not changed since (412). Delivery is repeated until the robot answers, and
         again when its world starts again.
         """
-        tuned = tunings.put(
+        tuned = services.tunings.put(
             name,
             body.tuning,
             actor=ACTOR,
@@ -198,6 +188,11 @@ def robots_router(
         return _tuning(tuned, response)
 
     return router
+
+
+def _named(services: Services, name: str) -> tuple[str, str]:
+    """The robot with its world first."""
+    return services.robots.robot(name).view.world, name
 
 
 def _tuning(tuned: TunedRobot, response: Response) -> TuningBody:

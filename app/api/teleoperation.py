@@ -3,11 +3,12 @@
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.agents.teleoperation import Drive, Teleoperation
+from app.agents.teleoperation import Drive
 from app.api.bodies import Request
 from app.api.goals import ACTOR
 from app.api.parameters import Id
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 
 SESSION = Field(
@@ -43,11 +44,11 @@ class DriveBody(BaseModel):
     most_rad_s: float
 
 
-def teleoperation_router(teleoperation: Teleoperation) -> APIRouter:
+def teleoperation_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post("/robots/{name}:teleoperate", status_code=202, responses=declared(409))
-    def teleoperate(name: Id, body: SetPointRequest) -> DriveBody:
+    def teleoperate(services: AppServices, name: Id, body: SetPointRequest) -> DriveBody:
         """Drive the robot at this speed until the next set-point, at most for `valid_s`.
 
         The first set-point takes control; only one operator at a time has it. Send about five set-points a second. The
@@ -55,15 +56,15 @@ def teleoperation_router(teleoperation: Teleoperation) -> APIRouter:
         mission, driven by another operator, or refused by the robot. After a 409, or three seconds without a
         set-point, control has to be taken again, with a new session.
         """
-        drive = teleoperation.drive(
+        drive = services.teleoperation.drive(
             name, _driver(body.session), speed_m_s=body.speed_m_s, turn_rad_s=body.turn_rad_s
         )
         return _body(drive)
 
     @router.post("/robots/{name}:end_teleoperation", status_code=202, responses=declared(409))
-    def end_teleoperation(name: Id, body: Release) -> DriveBody:
+    def end_teleoperation(services: AppServices, name: Id, body: Release) -> DriveBody:
         """Release the robot: it stops at once."""
-        return _body(teleoperation.release(name, _driver(body.session)))
+        return _body(services.teleoperation.release(name, _driver(body.session)))
 
     return router
 

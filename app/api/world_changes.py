@@ -10,10 +10,11 @@ from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id, Limit
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 from app.domain.world_model.edits import AnyEdit
 from app.domain.world_model.vocabulary import symbolic_all
-from app.missions.world_changes import CheckedChange, WorldChanges
+from app.missions.world_changes import CheckedChange
 from planner import KnowledgeBase
 from robots.wire import SymbolicFact
 
@@ -88,15 +89,15 @@ class CheckedBody(BaseModel):
     outdated_plans: list[str] = Field(description="the open plans that would be out of date")
 
 
-def world_changes_router(changes: WorldChanges, knowledge_base: KnowledgeBase) -> APIRouter:
+def world_changes_router() -> APIRouter:
     router = APIRouter(prefix="/v1/worlds/{world_id}", tags=TAGS)
 
     @router.get("/changes")
     def list_changes(
-        world_id: Id, response: Response, limit: Limit = 100, after: Before = None
+        services: AppServices, world_id: Id, response: Response, limit: Limit = 100, after: Before = None
     ) -> Page[EditionBody]:
         """The changes since the world's file, newest first. The first page's ETag is the present edition."""
-        rows = changes.history(world_id, limit=limit + 1, before=after)
+        rows = services.world_changes.history(world_id, limit=limit + 1, before=after)
         if after is None:
             response.headers["etag"] = etag_of(rows[0].edition if rows else 0)
         items = [EditionBody.model_validate(row) for row in rows[:limit]]
@@ -104,14 +105,14 @@ def world_changes_router(changes: WorldChanges, knowledge_base: KnowledgeBase) -
 
     @router.post("/changes", responses=declared(409, 412))
     def change_world(
-        world_id: Id, body: ChangeWorld, response: Response, if_match: IfMatch = None
+        services: AppServices, world_id: Id, body: ChangeWorld, response: Response, if_match: IfMatch = None
     ) -> EditionBody:
         """Change the world while missions run. With `If-Match`, only if it was not changed since that edition (412).
 
         409 names the mission that needs what would be changed, or the fact in the way. Open plans that rest on what
         has changed are out of date; waiting goals are planned again.
         """
-        row = changes.change(
+        row = services.world_changes.change(
             world_id,
             body.edits,
             actor=ACTOR,
@@ -123,12 +124,18 @@ def world_changes_router(changes: WorldChanges, knowledge_base: KnowledgeBase) -
         return EditionBody.model_validate(row)
 
     @router.post("/changes:check", responses=declared(409, 412))
-    def check_change(world_id: Id, body: CheckChange, if_match: IfMatch = None) -> CheckedBody:
+    def check_change(
+        services: AppServices, world_id: Id, body: CheckChange, if_match: IfMatch = None
+    ) -> CheckedBody:
         """What a change would do, without making it; errors as those of the change."""
-        return _checked(changes.check(world_id, body.edits, expected=version_of(if_match)), knowledge_base)
+        return _checked(
+            services.world_changes.check(world_id, body.edits, expected=version_of(if_match)),
+            services.worlds.knowledge_base,
+        )
 
     @router.post("/changes/{edition}:undo", responses=declared(409, 412))
     def undo_change(
+        services: AppServices,
         world_id: Id,
         edition: int,
         response: Response,
@@ -136,7 +143,7 @@ def world_changes_router(changes: WorldChanges, knowledge_base: KnowledgeBase) -
         if_match: IfMatch = None,
     ) -> EditionBody:
         """Take a change back by a further one, checked as any other. Undoing that one makes the change again."""
-        row = changes.undo(
+        row = services.world_changes.undo(
             world_id,
             edition,
             actor=ACTOR,

@@ -7,13 +7,13 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 
-from app.agents.world_service import WorldService
 from app.api.bodies import WorldBody
 from app.api.event_schema import REF
 from app.api.goals import ACTOR
 from app.api.input_gate import refused_in
 from app.api.parameters import Id
 from app.api.problems import declared, malformed, problem
+from app.api.services import AppServices
 from app.api.worlds import TAGS
 from app.domain.errors import Invalid
 from app.missions.world_set import WorldSet
@@ -89,7 +89,7 @@ Body = Annotated[str, Depends(_text)]
 """A world file as text."""
 
 
-def world_set_router(worlds: WorldSet, known: WorldService) -> APIRouter:
+def world_set_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.post(
@@ -99,18 +99,20 @@ def world_set_router(worlds: WorldSet, known: WorldService) -> APIRouter:
         openapi_extra=REQUEST,
         responses=declared(400, 409, 413, 429),
     )
-    def add_world(text: Body, response: Response, rate: Rate = None, reason: Reason = "") -> Any:
+    def add_world(
+        services: AppServices, text: Body, response: Response, rate: Rate = None, reason: Reason = ""
+    ) -> Any:
         """Add a world while the service and missions in other worlds run. The body is its file.
 
         It is known at once, so goals may be stated; its `status` is `starting` until its simulation is built, or
         `waiting_for_fleet` where fleets drive the worlds. It starts again with the service. 409 names what is in use.
         """
-        world = _read(worlds, text)
+        world = _read(services.world_set, text)
         if isinstance(world, JSONResponse):
             return world
-        worlds.add(world, rate=rate, actor=ACTOR, reason=reason)
+        services.world_set.add(world, rate=rate, actor=ACTOR, reason=reason)
         response.headers["location"] = f"/v1/worlds/{world.name}"
-        return WorldBody.model_validate(known.get(world.name), from_attributes=True)
+        return WorldBody.model_validate(services.worlds.get(world.name), from_attributes=True)
 
     @router.post(
         "/worlds:check",
@@ -118,12 +120,12 @@ def world_set_router(worlds: WorldSet, known: WorldService) -> APIRouter:
         openapi_extra=REQUEST,
         responses=declared(400, 409, 413, 429),
     )
-    def check_world(text: Body, rate: Rate = None) -> Any:
+    def check_world(services: AppServices, text: Body, rate: Rate = None) -> Any:
         """Whether a world could be added; errors as those of adding it."""
-        world = _read(worlds, text)
+        world = _read(services.world_set, text)
         if isinstance(world, JSONResponse):
             return world
-        worlds.check(world, rate=rate)
+        services.world_set.check(world, rate=rate)
         return CheckedWorld(
             name=world.name,
             title=world.title,
@@ -133,12 +135,12 @@ def world_set_router(worlds: WorldSet, known: WorldService) -> APIRouter:
         )
 
     @router.delete("/worlds/{world_id}", status_code=204, responses=declared(409))
-    def remove_world(world_id: Id, reason: Reason = "") -> None:
+    def remove_world(services: AppServices, world_id: Id, reason: Reason = "") -> None:
         """Remove a world that was added: its simulation ends, its robots disappear, its history stays.
 
         409 names the missions and goals that are open there. A world that was given at the start is not removed.
         """
-        worlds.remove(world_id, actor=ACTOR, reason=reason)
+        services.world_set.remove(world_id, actor=ACTOR, reason=reason)
 
     return router
 

@@ -1,8 +1,7 @@
 """Routes of worlds and their facts."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from enum import Enum
-from functools import partial
 from typing import Any, Literal
 
 from fastapi import APIRouter, Response
@@ -25,8 +24,8 @@ from app.api.bodies import (
 from app.api.etags import IfMatch, etag_of, version_of
 from app.api.goals import ACTOR
 from app.api.parameters import Id
-from app.api.plan_json import JSON
 from app.api.problems import declared
+from app.api.services import AppServices
 from app.domain.durations import Kind, Learned
 from app.domain.world_model.numbers import words_of
 from app.domain.world_model.timeliness import DatedFact
@@ -37,64 +36,72 @@ from robots.wire import SymbolicFact
 TAGS: list[str | Enum] = ["worlds and robots"]
 
 
-def worlds_router(worlds: WorldService) -> APIRouter:
+def worlds_router() -> APIRouter:
     router = APIRouter(prefix="/v1", tags=TAGS)
 
     @router.get("/worlds")
-    def list_worlds() -> Page[WorldItem]:
+    def list_worlds(services: AppServices) -> Page[WorldItem]:
         return Page(
-            items=[WorldItem.model_validate(world, from_attributes=True) for world in worlds.reports()]
+            items=[
+                WorldItem.model_validate(world, from_attributes=True) for world in services.worlds.reports()
+            ]
         )
 
     @router.get("/worlds/{world_id}")
-    def get_world(world_id: Id) -> WorldBody:
-        return WorldBody.model_validate(worlds.get(world_id), from_attributes=True)
-
-    facts_json = _Serialised(worlds.version, partial(_facts, worlds))
-    numbers_json = _Serialised(worlds.numbers_version, partial(_numbers, worlds))
+    def get_world(services: AppServices, world_id: Id) -> WorldBody:
+        return WorldBody.model_validate(services.worlds.get(world_id), from_attributes=True)
 
     @router.get("/worlds/{world_id}/facts", response_model=FactsBody)
-    def get_facts(world_id: Id) -> Response:
+    def get_facts(services: AppServices, world_id: Id) -> Response:
         """Every believed fact with its source and time (world's clock)."""
-        return facts_json.answer(world_id)
+        version = services.worlds.version(world_id)
+        return services.facts_json.answer(world_id, version, lambda: _facts(services.worlds, world_id))
 
     @router.get("/worlds/{world_id}/numbers", response_model=NumbersBody)
-    def get_numbers(world_id: Id) -> Response:
+    def get_numbers(services: AppServices, world_id: Id) -> Response:
         """Every numeric fact with its source and time: batteries, loads, numbers of samples, readings."""
-        return numbers_json.answer(world_id)
+        version = services.worlds.numbers_version(world_id)
+        return services.numbers_json.answer(world_id, version, lambda: _numbers(services.worlds, world_id))
 
     @router.put("/worlds/{world_id}/numbers", responses=declared(412))
     def correct_numbers(
-        world_id: Id, body: CorrectNumbers, response: Response, if_match: IfMatch = None
+        services: AppServices,
+        world_id: Id,
+        body: CorrectNumbers,
+        response: Response,
+        if_match: IfMatch = None,
     ) -> NumbersBody:
         """Correct numeric facts, all or none. With `If-Match`, only if they were not changed since (412).
 
         What is counted from facts follows these and is refused, as is a value out of range.
         """
-        worlds.correct_numbers(
+        services.worlds.correct_numbers(
             world_id,
             [(one.quantity, one.args, one.value) for one in body.numbers],
             actor=ACTOR,
             comment=body.comment,
             expected_version=version_of(if_match),
         )
-        answer = _numbers(worlds, world_id)
+        answer = _numbers(services.worlds, world_id)
         response.headers["etag"] = etag_of(answer.version)
         return answer
 
     @router.get("/worlds/{world_id}/unknown")
-    def get_unknown(world_id: Id) -> Page[UnknownBody]:
+    def get_unknown(services: AppServices, world_id: Id) -> Page[UnknownBody]:
         """What is unknown: samples without a place, robots that are lost or do not answer."""
-        samples = {sample.name for sample in worlds.world(world_id).samples}
-        return Page(items=[_unknown(worlds, one, samples) for one in worlds.unknown(world_id)])
+        samples = {sample.name for sample in services.worlds.world(world_id).samples}
+        return Page(
+            items=[_unknown(services.worlds, one, samples) for one in services.worlds.unknown(world_id)]
+        )
 
     @router.get("/worlds/{world_id}/durations")
-    def get_durations(world_id: Id) -> Page[DurationBody]:
+    def get_durations(services: AppServices, world_id: Id) -> Page[DurationBody]:
         """Durations learned from robots' reports; plans use them."""
-        return Page(items=[_duration(*known) for known in worlds.durations(world_id).items()])
+        return Page(items=[_duration(*known) for known in services.worlds.durations(world_id).items()])
 
     @router.put("/worlds/{world_id}/facts", responses=declared(409, 412))
     def correct_facts(
+        services: AppServices,
         world_id: Id,
         body: CorrectFacts,
         response: Response,
@@ -105,36 +112,18 @@ def worlds_router(worlds: WorldService) -> APIRouter:
         `dropped` in the answer are the facts that contradict the correction. A sample in a location with several berths
         is placed in a free one (409 if there is none).
         """
-        dropped = worlds.correct(
+        dropped = services.worlds.correct(
             world_id,
             [(fact.predicate, fact.args, fact.value) for fact in body.facts],
             actor=ACTOR,
             comment=body.comment,
             expected_version=version_of(if_match),
         )
-        answer = _facts(worlds, world_id, dropped)
+        answer = _facts(services.worlds, world_id, dropped)
         response.headers["etag"] = etag_of(answer.version)
         return answer
 
     return router
-
-
-class _Serialised:
-    """Answers that are serialised once for each version of a world's facts or numbers."""
-
-    def __init__(self, version: Callable[[str], int], read: Callable[[str], FactsBody | NumbersBody]) -> None:
-        self._version = version
-        self._read = read
-        self._known: dict[str, tuple[str, bytes]] = {}
-        """By world: the version's ETag and the answer."""
-
-    def answer(self, world_id: str) -> Response:
-        etag = etag_of(self._version(world_id))
-        known = self._known.get(world_id)
-        if known is None or known[0] != etag:
-            answer = self._read(world_id)
-            known = self._known[world_id] = (etag_of(answer.version), answer.model_dump_json().encode())
-        return Response(known[1], media_type=JSON, headers={"etag": known[0]})
 
 
 def _facts(worlds: WorldService, world_id: str, dropped: Sequence[SymbolicFact] = ()) -> FactsBody:

@@ -74,7 +74,7 @@ WORLD = "import app.cli, sim.process.world_loop, sim.process.persistence, sim.wo
         pytest.param(
             "import app.cli.main, app.cli.serve, app.composition",
             PHYSICS | COMPILER | PLANNER | {"alembic"},
-            1667,
+            1668,
             id="service",
         ),
         pytest.param(PLANNING, SIMULATION | DATABASE | SERVER, 770, id="planning process"),
