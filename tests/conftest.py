@@ -21,6 +21,7 @@ from hypothesis import settings
 
 from app.composition import make_engine
 from app.planning.pool.pool import PlanningWorker
+from tests import compiled_statements
 from tests.databases import SQLITE, fresh
 
 YOUNG_OBJECTS = 200_000
@@ -31,6 +32,7 @@ service outlive its test's collections: with fewer, a tenth of the CPU time of s
 # to flush it in later ones.
 logging.getLogger("dbos").addHandler(logging.NullHandler())
 logging.getLogger("dbos").propagate = False
+compiled_statements.share()
 settings.register_profile("macta", deadline=None)  # a loaded machine is no failure
 settings.load_profile("macta")
 
