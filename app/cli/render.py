@@ -260,10 +260,13 @@ def _doing(action: ActionBody) -> str:
     """The tag and what it is done to, short enough for a line: `TRANSPORT sample_1 door_1 → interchange_2`."""
     words = action.arguments
     places = [words[ref] for ref in ("ref1", "ref2") if ref in words]
+    phase = f"(phase {action.phase} of {action.phases})" if action.phases else ""
     if not places and "object" not in words:
         acting = {*action.agents, "+".join(action.agents)}
-        return " ".join([action.tag, *(word for word in words.values() if word not in acting)])
-    return " ".join(filter(None, (action.tag, words.get("object", ""), " → ".join(places))))
+        done_to = [word for word in words.values() if word not in acting]
+    else:
+        done_to = [words.get("object", ""), " → ".join(places)]
+    return " ".join(filter(None, (action.tag, *done_to, phase)))
 
 
 def _links(plan: PlanBody) -> Table:

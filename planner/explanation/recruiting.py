@@ -37,7 +37,9 @@ def _sentence(robot: str, work: Mapping[str, Sequence[GroundAction]], statics: S
     if robot in statics.peripherals:
         return f"can {enumeration(tags, most=len(tags))}; the plan's ways and places ask for it"
     needed = {fact for action in mine for fact in action.preconditions if fact in statics.facts}
-    places = sorted({arg for fact in needed for arg in fact.args} - {robot} - set(tags))
+    places = naturally_sorted(
+        {arg for fact in needed for arg in fact.args if arg in statics.objects} - {robot}
+    )
     others = [
         other for other in statics.robots if other != robot and statics.obstacle(other, needed, robot) is None
     ]

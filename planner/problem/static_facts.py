@@ -16,6 +16,7 @@ class StaticFacts:
     def __init__(self, knowledge_base: KnowledgeBase, problem: PlanningProblem) -> None:
         self._problem = problem
         self._base = knowledge_base
+        self.objects = problem.objects.keys()
         self.facts = frozenset(fact for fact in problem.facts if fact.predicate not in knowledge_base.fluents)
         self.peripherals = peripherals_of(problem, knowledge_base)
         """Agents that others ask for by name, so that nobody can stand in for them."""

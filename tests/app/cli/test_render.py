@@ -37,6 +37,13 @@ def test_a_long_critical_path_is_shortened_in_the_middle() -> None:
     assert "a5 → a6 → (18 more) → a25 → a26" in text
 
 
+def test_the_phases_of_an_action_are_told_apart() -> None:
+    plan = PlanBody.of_plan_net(STORE.store_sample_1(), STORE.base)
+    first, second = (plan.actions[0].model_copy(update={"phase": n, "phases": 2}) for n in (1, 2))
+    text = shown(plan.model_copy(update={"actions": (first, second, *plan.actions[1:])}))
+    assert text.count("(phase 1 of 2)") == text.count("(phase 2 of 2)") == 1
+
+
 @pytest.mark.parametrize(
     ("bound_s", "words"),
     [

@@ -32,6 +32,22 @@ def test_rivals_are_distinguished_by_whether_they_have_work(knowledge_base: Know
     assert why["store_0"].endswith("no other robot qualifies")
 
 
+def test_what_a_robot_serves_are_objects_and_not_what_it_must_know(knowledge_base: KnowledgeBase) -> None:
+    """Phases need that their robots know the packets for them: `can(yard_0, NAVIGATE_OFF)`."""
+    store = LargeStore(aisles=1, samples=1)
+    knows = Fact("can", ("yard_0", "NAVIGATE_OFF"))
+    problem = store.problem()
+    problem = replace(problem, facts=problem.facts | {knows})
+    work = [
+        replace(action, preconditions=(*action.preconditions, knows))
+        for action in store.sequence(problem, knowledge_base)
+        if "yard_0" in action.agents
+    ]
+    why = recruitment_of(work, StaticFacts(knowledge_base, problem))
+    can, *_ = why["yard_0"].partition(";")
+    assert "NAVIGATE_OFF" not in can.partition(" and serves ")[2]
+
+
 def test_a_robot_kept_from_every_action_is_no_rival(knowledge_base: KnowledgeBase) -> None:
     store = LargeStore(aisles=3, samples=1)
     problem = store.problem()
