@@ -80,7 +80,7 @@ def team() -> Iterator[FakeTeam]:
         yield team
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture
 def world_file() -> WorldFile:
     return load_world("sample_store")
 
