@@ -38,8 +38,7 @@ def with_roles_in_force(session: Session, world: WorldFile) -> WorldFile:
     if all(roles.get(spec.name) == spec.role for spec in world.robots):
         return world
     robots = tuple(spec.model_copy(update={"role": roles.get(spec.name)}) for spec in world.robots)
-    # NOTE: not a copy, which would keep what the world has worked out of its robots.
-    return WorldFile.model_construct(**{**dict(world), "robots": robots})
+    return world.model_copy(update={"robots": robots})
 
 
 def withheld_tags(session: Session, world: WorldFile) -> Mapping[str, tuple[RoleSpec, frozenset[str]]]:

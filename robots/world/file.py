@@ -84,6 +84,13 @@ class WorldFile(Checked):
         rest = {name: value for name, value in data.items() if name != "keep_out"}
         return {**rest, "zones": [*rest.get("zones", ()), *zones]}
 
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy without what this world has worked out of its parts: they may be others there."""
+        copied = super().model_copy(update=update, deep=deep)
+        for worked_out in vars(copied).keys() - type(self).model_fields.keys():
+            del vars(copied)[worked_out]
+        return copied
+
     @cached_property
     def simulated(self) -> tuple[RobotSpec, ...]:
         """The robots that have no software of their own."""

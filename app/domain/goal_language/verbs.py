@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Self
@@ -275,16 +275,9 @@ def load_verbs(path: str | Path | None = None) -> Verbs:
     source = resources.files("app.domain.goal_language") / SHIPPED if path is None else Path(path)
     origin = SHIPPED if path is None else str(path)
     try:
-        return _read(source.read_text(encoding="utf-8"), origin)
-    except (OSError, UnicodeDecodeError) as error:
-        raise VerbsError(f"{origin} cannot be read: {error}") from error
-
-
-@lru_cache(maxsize=8)
-def _read(text: str, origin: str) -> Verbs:
-    try:
+        text = source.read_text(encoding="utf-8")
         file = VerbsFile.model_validate(read_yaml(text))
-    except yaml.YAMLError as error:
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise VerbsError(f"{origin} cannot be read: {error}") from error
     except ValidationError as error:
         slots = [f"  {fault}" for fault in faults_in(text, error)]

@@ -4,7 +4,6 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated
@@ -211,26 +210,18 @@ def _entries(
 ) -> Iterator[Entry]:
     try:
         text = Path(path).read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
+        file = LibraryFile.model_validate(read_yaml(text))
+    except ValidationError as error:
+        slots = [f"  {fault}" for fault in faults_in(text, error)]
+        raise LibraryError("\n".join([f"{path} is not a valid behaviours library:", *slots])) from error
+    except (OSError, yaml.YAMLError, ValueError) as error:
         raise LibraryError(f"{path} cannot be read as a behaviours library: {error}") from error
-    for index, entry in enumerate(_read(text, str(path))):
+    for index, packet in enumerate(file.packets):
+        entry = _entry(packet)
         for slot, fault in _faults(entry, knowledge_base, tags):
             where = place_in(text, ("packets", index, *slot), f"{entry.tag}: {fault}")
             raise LibraryError(f"{path} is not a valid behaviours library:\n  {where}")
         yield entry
-
-
-@lru_cache(maxsize=8)
-def _read(text: str, origin: str) -> tuple[Entry, ...]:
-    """The packets, each slot checked, but not against a knowledge base."""
-    try:
-        file = LibraryFile.model_validate(read_yaml(text))
-    except ValidationError as error:
-        slots = [f"  {fault}" for fault in faults_in(text, error)]
-        raise LibraryError("\n".join([f"{origin} is not a valid behaviours library:", *slots])) from error
-    except (yaml.YAMLError, ValueError) as error:
-        raise LibraryError(f"{origin} cannot be read as a behaviours library: {error}") from error
-    return tuple(map(_entry, file.packets))
 
 
 def _entry(packet: PacketFile) -> Entry:

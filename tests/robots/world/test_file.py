@@ -42,6 +42,16 @@ def test_a_small_world_is_valid(tmp_path: Path) -> None:
     assert load_world(file).name == "room"
 
 
+def test_a_copy_works_out_anew_what_follows_from_its_parts(tmp_path: Path) -> None:
+    file = tmp_path / "room.yaml"
+    file.write_text(yaml.safe_dump(small()))
+    world = load_world(file)
+    assert [*world.agents_by_name] == ["left", "right"]
+    assert [*world.model_copy(update={"robots": world.robots[:1]}).agents_by_name] == ["left"]
+    assert [*world.agents_by_name] == ["left", "right"]
+    assert world.model_copy() == world
+
+
 @pytest.mark.parametrize(
     ("predicate", "args"), [("in", ["sample_1", "bay_2"]), ("vacant", ["bay_1"])], ids=["elsewhere", "vacant"]
 )
