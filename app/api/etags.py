@@ -34,6 +34,7 @@ class VersionedJson:
 
     def __init__(self) -> None:
         self._known: dict[str, tuple[str, bytes]] = {}
+        """By world: the version's ETag and the answer."""
 
     def answer(self, world_id: str, version: int, read: Callable[[], FactsBody | NumbersBody]) -> Response:
         """:param version: the present one; the known answer is given again if it is of this version."""
