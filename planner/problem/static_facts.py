@@ -37,19 +37,22 @@ class StaticFacts:
 
     @cached_property
     def setups(self) -> tuple[Operator, ...]:
-        """The operators by which one agent only brings itself into another configuration, such as to another place."""
+        """The operators by which one agent only brings itself into another configuration, such as to another place.
+
+        Not those for which the problem has no object, or only things.
+        """
         is_a = self._base.file.is_a
         kinds = {kind for op in self._base.operators for kind in op.parameters.values()}
         bound = {
             kind: {name for name, own in self._problem.objects.items() if is_a(own, kind)} for kind in kinds
         }
-        of_things = {kind for kind, names in bound.items() if names and names <= self.things}
+        of_things_alone = {kind for kind, names in bound.items() if names <= self.things}
         return tuple(
             op
             for op in self._base.operators
             if len(op.agents) == 1
             and all(op.agents[0] in literal.terms for literal in op.intended_effects)
-            and of_things.isdisjoint(op.parameters.values())
+            and of_things_alone.isdisjoint(op.parameters.values())
         )
 
     def lets_drive(self, fact: Fact) -> bool:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -56,12 +57,17 @@ MAX_WIDENINGS = 64
 """Maximum number of times the model is extended because an agent must make way."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Composed:
     """A sequence that reaches every task's goals, and its makespan in seconds."""
 
-    actions: tuple[GroundAction, ...]
     makespan_s: float
+    ground: Callable[[], tuple[GroundAction, ...]]
+    """Makes the sequence; of many schedules that were found, few are asked for theirs."""
+
+    @cached_property
+    def actions(self) -> tuple[GroundAction, ...]:
+        return self.ground()
 
 
 class Composition:
@@ -114,8 +120,8 @@ class Composition:
     def found(self) -> Iterator[Composed]:
         """What was found so far, the best first."""
         for schedule in reversed(self._found):
-            actions = self._builder.actions(schedule.steps, schedule.team)
-            yield Composed(actions=actions, makespan_s=schedule.makespan_s)
+            ground = partial(self._builder.actions, schedule.steps, schedule.team)
+            yield Composed(makespan_s=schedule.makespan_s, ground=ground)
 
     def begin(self) -> bool:
         """Find a first schedule; False if no initial choice can be scheduled."""
