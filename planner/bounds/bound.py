@@ -100,7 +100,8 @@ class _Bounds:
         agent_edges = network.agent_edges
         self.thing_edges = thing_edges
         self._thing_graph = Graph.of(thing_edges.before, thing_edges.after, len(network.states))
-        self._agent_graph = Graph.of(agent_edges.before, agent_edges.after, len(network.configurations))
+        agent_graph = Graph.of(agent_edges.before, agent_edges.after, len(network.configurations))
+        self._agent_graph = agent_graph.timed(agent_edges.spans)
         self._reached: dict[tuple[int, ...], Ints] = {}
         owners = {representative: number for number, representative in enumerate(self.representatives)}
         self._class_of = np.array([owners[str(key[0])] for key in network.configurations.numbers], np.int64)
@@ -136,33 +137,29 @@ class _Bounds:
     def _from(self, *configurations: int) -> Ints:
         """The time from the nearest of these configurations to each configuration."""
         if configurations not in self._reached:
-            spans = self.network.agent_edges.spans
             starts = np.array(configurations, np.int64)
-            self._reached[configurations] = shortest(self._agent_graph, spans, np.zeros_like(spans), starts)[
-                0
-            ]
+            self._reached[configurations], _ = shortest(self._agent_graph, starts)
         return self._reached[configurations]
 
     @cached_property
-    def _releases(self) -> Ints:
-        """For each move the earliest time at which its agents can be ready."""
+    def _released(self) -> Graph:
+        """The moves, each from the earliest time on at which its agents can be ready."""
         anyone = self._from(*set(self.stands.values()))
         first = np.append(anyone, 0)  # entry -1: no agent
-        releases: Ints = first[self.thing_edges.entries].max(axis=0, initial=0)
-        return releases
+        releases = first[self.thing_edges.entries].max(axis=0, initial=0)
+        return self._thing_graph.timed(self.thing_edges.spans, releases)
 
     @cached_property
     def ways(self) -> Mapping[str, _Way]:
         """The shortest path of each thing that must move."""
         found = {}
+        graph = self._released
         for thing, goals in self._goals.items():
             start = self._start[thing]
             ends = np.array(goals, np.int64)
             if start in goals or not goals:
                 continue
-            times, edges = shortest(
-                self._thing_graph, self.thing_edges.spans, self._releases, np.array([start]), ends
-            )
+            times, edges = shortest(graph, np.array([start]), ends)
             end = int(ends[np.argmin(times[ends])])
             if times[end] < FAR:
                 path = tuple(self._path(edges, end))
@@ -221,11 +218,11 @@ class _Bounds:
         mine = (thing_edges.entries >= 0) & np.isin(self._class_of[thing_edges.entries], classes)
         charges = thing_edges.kept + potential[thing_edges.entries] - potential[thing_edges.exits]
         costs = np.where(mine, charges, 0).sum(axis=0) // thing_edges.things
-        zeros = np.zeros_like(costs)
+        graph = self._thing_graph.timed(costs)
         work = 0
         for way in self.ways.values():
             if mine[:, way.edges].any():
-                times, _ = shortest(self._thing_graph, costs, zeros, np.array([way.start]), way.goals)
+                times, _ = shortest(graph, np.array([way.start]), way.goals)
                 work += int(times[way.goals].min())
         if not work:
             return 0
@@ -246,7 +243,7 @@ class _Bounds:
     def _heads(self) -> Ints:
         """For each configuration the earliest start of a move that starts in it."""
         starts = np.array([way.start for way in self.ways.values()], np.int64)
-        times, _ = shortest(self._thing_graph, self.thing_edges.spans, self._releases, starts)
+        times, _ = shortest(self._released, starts)
         return self._least(self.thing_edges.entries, times[self.thing_edges.before])
 
     @cached_property
@@ -255,7 +252,7 @@ class _Bounds:
         thing_edges = self.thing_edges
         back = Graph.of(thing_edges.after, thing_edges.before, len(self._thing_graph.first) - 1)
         goals = np.unique(np.concatenate([way.goals for way in self.ways.values()]))
-        times, _ = shortest(back, thing_edges.spans, np.zeros_like(thing_edges.spans), goals)
+        times, _ = shortest(back.timed(thing_edges.spans), goals)
         return self._least(thing_edges.exits, times[thing_edges.after])
 
     def _least(self, at: Ints, values: Ints) -> Ints:

@@ -1,6 +1,5 @@
 """Shortest paths and assignments over arrays. Compiled (numba)."""
 
-import heapq
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,66 +13,88 @@ FAR = 1 << 50
 
 
 class Graph(NamedTuple):
-    """Edges by the node they leave: those of node n are `order[first[n]:first[n + 1]]`, each to `heads`."""
+    """Edges by the node they leave: those of node n are `first[n]` to `first[n + 1]`, each to `heads`.
+
+    `costs`: of each, milliseconds, not negative. `releases`: when it can be taken at the earliest. `order`: its number
+    among the edges that the graph is made of; the other arrays are sorted, as a search reads each node's edges in turn.
+    """
 
     first: Ints
     order: Ints
     heads: Ints
+    costs: Ints
+    releases: Ints
 
     @classmethod
     def of(cls, tails: Ints, heads: Ints, nodes: int) -> "Graph":
+        """The graph of edges that cost nothing."""
         first = np.zeros(nodes + 1, np.int64)
         np.cumsum(np.bincount(tails, minlength=nodes), out=first[1:])
-        return cls(first, np.argsort(tails, kind="stable"), heads)
+        order = np.argsort(tails, kind="stable")
+        free = np.zeros(len(order), np.int64)
+        return cls(first, order, heads[order], free, free)
+
+    def timed(self, costs: Ints, releases: Ints | None = None) -> "Graph":
+        """The graph with the costs and releases (at once where left out) of the edges that it was made of."""
+        released = np.zeros_like(costs) if releases is None else releases[self.order]
+        return self._replace(costs=costs[self.order], releases=released)
 
 
-def shortest(
-    graph: Graph, costs: Ints, releases: Ints, starts: Ints, goals: Ints | None = None
-) -> tuple[Ints, Ints]:
+def shortest(graph: Graph, starts: Ints, goals: Ints | None = None) -> tuple[Ints, Ints]:
     """Each node's least time from the starts and the edge by which it is reached (-1: none), milliseconds.
 
-    :param costs: of each edge, not negative. :param releases: when it can be taken at the earliest.
     :param goals: the search ends at the first of these nodes; the times of nodes further off are then too high.
     """
     wanted = np.zeros(len(graph.first) - 1, np.bool_)
     if goals is not None:
         wanted[goals] = True
-    found: Any = _shortest(*graph, costs, releases, starts, wanted)
+    found: Any = _shortest(*graph, starts, wanted)
     return found  # type: ignore[no-any-return]
 
 
 @kernel
 def _shortest(first, order, heads, costs, releases, starts, wanted):  # type: ignore[no-untyped-def]
+    """Dijkstra's algorithm with a list of the nodes that are reached and not settled.
+
+    Nodes have so many edges that a heap would mostly hold times that were improved since.
+    """
     nodes = len(first) - 1
     times = np.full(nodes, FAR, np.int64)
     edges = np.full(nodes, -1, np.int64)
-    settled = np.zeros(nodes, np.bool_)
-    heap = [(np.int64(0), np.int64(0)) for _ in range(0)]
+    reached = np.empty(nodes, np.int64)
+    count = 0
     for start in starts:
-        times[start] = 0
-        heapq.heappush(heap, (np.int64(0), np.int64(start)))
-    while len(heap) > 0:
-        time, node = heapq.heappop(heap)
-        if settled[node]:
-            continue
-        settled[node] = True
+        if times[start] == FAR:
+            times[start] = 0
+            reached[count] = start
+            count += 1
+    while count > 0:
+        nearest = 0
+        for place in range(1, count):
+            if times[reached[place]] < times[reached[nearest]]:
+                nearest = place
+        node = reached[nearest]
+        time = times[node]
         if wanted[node]:
             break
+        count -= 1
+        reached[nearest] = reached[count]
         for place in range(first[node], first[node + 1]):
-            edge = order[place]
-            there = max(time, releases[edge]) + costs[edge]
-            head = heads[edge]
+            there = max(time, releases[place]) + costs[place]
+            head = heads[place]
             if there < times[head]:
+                if times[head] == FAR:
+                    reached[count] = head
+                    count += 1
                 times[head] = there
-                edges[head] = edge
-                heapq.heappush(heap, (there, head))
+                edges[head] = order[place]
     return times, edges
 
 
 def warm_up() -> None:
     """Compile, or load what was compiled before: seconds, the first time ever."""
     nothing = np.zeros(0, np.int64)
-    shortest(Graph.of(nothing, nothing, 1), nothing, nothing, np.zeros(1, np.int64))
+    shortest(Graph.of(nothing, nothing, 1), np.zeros(1, np.int64))
     duals(np.zeros((1, 1), np.int64))
 
 

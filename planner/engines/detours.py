@@ -32,6 +32,8 @@ class _Shortening:
     def __init__(self, problem: PlanningProblem, knowledge_base: KnowledgeBase) -> None:
         self._problem = problem
         self._base = knowledge_base
+        self._actions: dict[tuple[str, tuple[tuple[str, str], ...]], GroundAction | None] = {}
+        """By kind and arguments: the same few are tried in many places of the sequence."""
 
     def run(self, sequence: Sequence[GroundAction]) -> tuple[GroundAction, ...]:
         kept = list(sequence)
@@ -103,12 +105,18 @@ class _Shortening:
 
     def _action(self, like: GroundAction, arguments: dict[str, str]) -> GroundAction | None:
         """The action of the same kind and agents with these arguments, if there is one."""
+        key = like.tag, tuple(arguments.items())
+        if key not in self._actions:
+            self._actions[key] = self._grounded(like, arguments)
+        action = self._actions[key]
+        return action if action is not None and action.agents == like.agents else None
+
+    def _grounded(self, like: GroundAction, arguments: dict[str, str]) -> GroundAction | None:
         problem = self._problem
         free = [p for p in self._base.actions[like.tag].parameters if p.name in arguments and not p.values]
         if len({(p.type, arguments[p.name]) for p in free}) < len(free):
             return None  # parameters of one type are bound to different objects
         try:
-            action = ground_action(like.tag, arguments, problem, self._base)
+            return ground_action(like.tag, arguments, problem, self._base)
         except KnowledgeBaseError:
             return None
-        return action if action.agents == like.agents else None

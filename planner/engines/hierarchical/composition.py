@@ -57,7 +57,7 @@ MAX_WIDENINGS = 64
 """Maximum number of times the model is extended because an agent must make way."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Composed:
     """A sequence that reaches every task's goals, and its makespan in seconds."""
 

@@ -21,6 +21,6 @@ def test_an_edge_is_not_taken_before_its_release() -> None:
     graph = Graph.of(np.array([0, 1, 0]), np.array([1, 2, 2]), 4)
     costs = np.array([2, 3, 4])
     releases = np.array([0, 10, 20])
-    times, edges = shortest(graph, costs, releases, np.array([0]))
+    times, edges = shortest(graph.timed(costs, releases), np.array([0]))
     assert times.tolist() == [0, 2, 13, FAR]
     assert edges.tolist() == [-1, 0, 1, -1]

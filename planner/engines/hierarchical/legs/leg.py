@@ -32,11 +32,12 @@ def _is_shorter_by_a_third(values: Mapping[tuple[str, str], float]) -> bool:
     for (one, other), value in values.items():
         table[number[one], number[other]] = value
     np.fill_diagonal(table, np.inf)
-    longest = np.where(np.isinf(table), -np.inf, table - SHORTER)
-    by_third, is_shorter = np.empty_like(table), np.empty(table.shape, np.bool_)
+    is_known = np.isfinite(table)
+    longest = np.where(is_known, table - SHORTER, -np.inf)
     for third in range(len(number)):
-        np.add.outer(table[:, third], table[third, :], out=by_third)
-        if np.less(by_third, longest, out=is_shorter).any():
+        before, after = np.flatnonzero(is_known[:, third]), np.flatnonzero(is_known[third])
+        by_third = np.add.outer(table[before, third], table[third, after])
+        if np.less(by_third, longest[before][:, after]).any():
             return True
     return False
 
