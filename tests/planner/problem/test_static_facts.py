@@ -29,3 +29,12 @@ def test_an_object_that_is_something_is_no_bystander() -> None:
     problem = replace(PROBLEM, facts=PROBLEM.facts | {Fact("drill", ("sample_2",))})
     kept = StaticFacts(STORE.base, problem).without_bystanders(problem)
     assert {"sample_1", "sample_2"} == kept.objects.keys() & {sample.name for sample in STORE.world.samples}
+
+
+def test_a_robot_gets_to_a_place_only_by_actions_there_are_objects_for() -> None:
+    names = {op.name for op in StaticFacts(STORE.base, PROBLEM).setups}
+    assert "navigate" in names
+    assert not names & {"dock_long_object", "dock2", "open", "move_to_level"}
+    told = Fact("kept_in", ("gate_1", "bay_1"))
+    doors = replace(PROBLEM, objects={**PROBLEM.objects, "gate_1": "door"}, facts=PROBLEM.facts | {told})
+    assert "open" in {op.name for op in StaticFacts(STORE.base, doors).setups}
