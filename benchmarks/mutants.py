@@ -36,8 +36,8 @@ from cosmic_ray.plugins import get_operator, operator_names
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("planner", "robots", "app")
-LEFT_OUT = ("VariableInserter", "VariableReplacer", "NoOp")
-"""Operators that need settings, or change nothing."""
+LEFT_OUT = ("VariableInserter", "VariableReplacer", "NoOp", "Is_Eq", "IsNot_NotEq")
+"""Operators that need settings, or change nothing: what is compared by identity is None or of an enumeration."""
 NEAREST = 6
 """Test files that a mutant is tried with first."""
 LIMIT_S = 300.0

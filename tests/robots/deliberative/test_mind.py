@@ -11,6 +11,9 @@ from robots.deliberative.mind import Mind
 from robots.deliberative.reader import read_rules, rules_of
 from robots.deliberative.terms import Term, Value
 from robots.errors import RuleError
+from robots.executive.agent import BehaviouralAgent
+from robots.executive.memory import RobotMemory
+from robots.link import InMemoryLink
 from robots.physical.body import Pose
 from robots.physical.geometry import wrap
 from robots.physical.profile import BeaconSpec, RobotProfile
@@ -140,6 +143,28 @@ def test_own_packets_run_between_and_the_scripts_packet_goes_on() -> None:
     assert any(one.startswith("NAVIGATE goes on, TURN_LEFT has finished") for one in rover.details)
     assert rover.ended == [("TURN_LEFT", CommitmentState.FULFILLED)]
     assert rover.service.upkeep == []
+
+
+def test_own_packets_that_a_mind_finds_no_more_are_cancelled_and_its_script_goes_on() -> None:
+    rover = navigating(HEAD + ON_REQUEST)
+    rover.tell("turn")
+    rover.run_for(0.5)
+    old = rover.world.agents["fred"]
+    mind = old.hand_over().mind
+    assert mind.executive.steering is not None
+    assert mind.executive.steering.own is not None
+    known = load_repertoire()
+    rover.service.link, theirs = InMemoryLink.pair()
+    rover.world.agents["fred"] = BehaviouralAgent(
+        profile=old.profile,
+        body=rover.world.bodies["fred"],
+        link=theirs,
+        clock=rover.world.clock,
+        memory=RobotMemory(mind=mind),
+        repertoire=type(known)({tag: spec for tag, spec in known.specs.items() if tag != "TURN_LEFT"}),
+    )
+    assert rover.run_until_ended() is ScriptState.FINISHED
+    assert rover.service.packets[-1] == ("NAVIGATE", PacketState.FINISHED)
 
 
 def test_what_own_packets_drive_and_turn_does_not_count_for_the_scripts_packet() -> None:

@@ -318,6 +318,12 @@ def test_a_fleet_of_another_world_file_is_not_listened_to(broker: Mosquitto) -> 
         assert service.run is None
 
 
+def test_a_fleet_that_does_not_say_by_which_world_file_is_listened_to(broker: Mosquitto) -> None:
+    with a_service(at(broker), digest="ours") as service, a_fleet(at(broker)):
+        until(lambda: service.run == RUN)
+        assert service.complaint == ""
+
+
 def test_messages_of_many_threads_all_arrive(broker: Mosquitto) -> None:
     with both(at(broker)) as (service, fleet):
 
