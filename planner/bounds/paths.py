@@ -27,7 +27,7 @@ class Graph(NamedTuple):
 
     @classmethod
     def of(cls, tails: Ints, heads: Ints, nodes: int) -> "Graph":
-        """The graph of edges that cost nothing."""
+        """The graph of edges that cost nothing and can be taken at once."""
         first = np.zeros(nodes + 1, np.int64)
         np.cumsum(np.bincount(tails, minlength=nodes), out=first[1:])
         order = np.argsort(tails, kind="stable")
@@ -35,8 +35,8 @@ class Graph(NamedTuple):
         return cls(first, order, heads[order], free, free)
 
     def timed(self, costs: Ints, releases: Ints | None = None) -> "Graph":
-        """The graph with the costs and releases (at once where left out) of the edges that it was made of."""
-        released = np.zeros_like(costs) if releases is None else releases[self.order]
+        """The graph with these costs, and releases if given, of the edges that it was made of."""
+        released = self.releases if releases is None else releases[self.order]
         return self._replace(costs=costs[self.order], releases=released)
 
 

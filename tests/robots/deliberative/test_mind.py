@@ -11,9 +11,7 @@ from robots.deliberative.mind import Mind
 from robots.deliberative.reader import read_rules, rules_of
 from robots.deliberative.terms import Term, Value
 from robots.errors import RuleError
-from robots.executive.agent import BehaviouralAgent
 from robots.executive.memory import RobotMemory
-from robots.link import InMemoryLink
 from robots.physical.body import Pose
 from robots.physical.geometry import wrap
 from robots.physical.profile import BeaconSpec, RobotProfile
@@ -29,6 +27,7 @@ from robots.wire import (
     PacketState,
     ScriptState,
 )
+from tests.robots.executive.test_memory import restart
 from tests.robots.executive.test_teleoperation import Operator
 from tests.robots.fake_world import STEP_S, FakeWorld
 from tests.robots.sensed import PROFILE
@@ -149,20 +148,15 @@ def test_own_packets_that_a_mind_finds_no_more_are_cancelled_and_its_script_goes
     rover = navigating(HEAD + ON_REQUEST)
     rover.tell("turn")
     rover.run_for(0.5)
-    old = rover.world.agents["fred"]
-    mind = old.hand_over().mind
+    mind = rover.world.agents["fred"].hand_over().mind
     assert mind.executive.steering is not None
     assert mind.executive.steering.own is not None
-    known = load_repertoire()
-    rover.service.link, theirs = InMemoryLink.pair()
-    rover.world.agents["fred"] = BehaviouralAgent(
-        profile=old.profile,
-        body=rover.world.bodies["fred"],
-        link=theirs,
-        clock=rover.world.clock,
-        memory=RobotMemory(mind=mind),
-        repertoire=type(known)({tag: spec for tag, spec in known.specs.items() if tag != "TURN_LEFT"}),
+    specs = {tag: spec for tag, spec in load_repertoire().specs.items() if tag != "TURN_LEFT"}
+    restart(
+        rover.world, rover.service, memory=RobotMemory(mind=mind), repertoire=type(load_repertoire())(specs)
     )
+    states = rover.world.agents["fred"].memory().mind.executive.states
+    assert states[mind.executive.steering.own.script.id] is ScriptState.CANCELLED
     assert rover.run_until_ended() is ScriptState.FINISHED
     assert rover.service.packets[-1] == ("NAVIGATE", PacketState.FINISHED)
 

@@ -11,6 +11,7 @@ from robots.executive.mind_memory import MindMemory
 from robots.link import InMemoryLink
 from robots.perception.localisation import EstimateMemory
 from robots.physical.body import Pose
+from robots.physical.profile import RobotProfile
 from robots.repertoire import load_repertoire
 from robots.wire import (
     Clearance,
@@ -36,17 +37,26 @@ def robot(world: FakeWorld, pose: Pose = START, *, receipts: bool = True, home: 
     return Service(world, world.add("fred", pose, home=home), "fred", receipts=receipts)
 
 
-def restart(world: FakeWorld, service: Service, **changes: object) -> None:
-    """The power fails and comes back: what was in the air is lost, what is in flash memory is all there is."""
+def restart(
+    world: FakeWorld,
+    service: Service,
+    *,
+    memory: RobotMemory | None = None,
+    profile: RobotProfile | None = None,
+    **changes: object,
+) -> None:
+    """The power fails and comes back: what was in the air is lost, what is in flash memory is all there is.
+
+    :param memory: what it goes on with; None: all that it had. :param profile: None: the one it had.
+    """
     old = world.agents["fred"]
-    memory = RobotMemory.model_validate_json(old.memory().model_dump_json())
     service.link, theirs = InMemoryLink.pair()
     world.agents["fred"] = BehaviouralAgent(
-        profile=old.profile,
+        profile=profile or old.profile,
         body=world.bodies["fred"],
         link=theirs,
         clock=world.clock,
-        memory=memory,
+        memory=RobotMemory.model_validate_json((memory or old.memory()).model_dump_json()),
         **changes,  # type: ignore[arg-type]
     )
 
@@ -288,17 +298,10 @@ def test_a_mind_goes_on_with_its_script_in_another_body_and_does_and_tells_nothi
     assert run(world, [service], lambda: ("NAVIGATE", PacketState.RUNNING) in service.packets)
     run_for(world, [service], 0.5)
     told = {one.id for one in service.heard if isinstance(one.body, PacketReport)}
-    memory = world.agents["fred"].memory()
-    there = world.agents["fred"].profile
-    service.link, theirs = InMemoryLink.pair()
-    body = world.bodies["fred"] = FakeBody(world, "fred", Pose(x_m=1.5, y_m=1.8, heading_rad=EAST))
-    world.agents["fred"] = BehaviouralAgent(
-        profile=replace(there, start=Pose(x_m=1.5, y_m=1.8, heading_rad=EAST)),
-        body=body,
-        link=theirs,
-        clock=world.clock,
-        memory=RobotMemory.model_validate_json(RobotMemory(mind=memory.mind).model_dump_json()),
-    )
+    start = Pose(x_m=1.5, y_m=1.8, heading_rad=EAST)
+    world.bodies["fred"] = FakeBody(world, "fred", start)
+    here = replace(world.agents["fred"].profile, start=start)
+    restart(world, service, memory=RobotMemory(mind=world.agents["fred"].memory().mind), profile=here)
     service.receipts = True
     service.heard.clear()
     service.link.send(request)

@@ -37,7 +37,7 @@ def _is_shorter_by_a_third(values: Mapping[tuple[str, str], float]) -> bool:
     for third in range(len(number)):
         before, after = np.flatnonzero(is_known[:, third]), np.flatnonzero(is_known[third])
         by_third = np.add.outer(table[before, third], table[third, after])
-        if np.less(by_third, longest[before][:, after]).any():
+        if (by_third < longest[np.ix_(before, after)]).any():
             return True
     return False
 
