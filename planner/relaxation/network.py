@@ -22,6 +22,8 @@ from planner.knowledge.literal import Literal
 from planner.relaxation.rules import Rule
 
 Row = tuple[str, ...]
+Table = dict[Row, list[Row]]
+"""A node's rows by their values in the columns of a join's key."""
 Place = tuple[int, Row]
 """A row of a node."""
 NOTHING: frozenset[Fact] = frozenset()
@@ -48,12 +50,17 @@ class _Selection:
 
     def place(self, row: Row) -> Place | None:
         """Where the row goes; None if it does not fit."""
-        fits = (
-            all(row[i] in allowed for i, allowed in self.allowed)
-            and all(row[i] == row[j] for i, j in self.equal)
-            and all(row[i] != row[j] for i, j in self.unequal)
-        )
-        return (self.target, self.columns(row)) if fits else None
+        for built in self.rows([row]):
+            return self.target, built
+        return None
+
+    def rows(self, rows: Iterable[Row]) -> Iterable[Row]:
+        """What the target gets from these rows."""
+        for i, allowed in self.allowed:
+            rows = [row for row in rows if row[i] in allowed]
+        for i, j in self.equal:
+            rows = [row for row in rows if row[i] == row[j]]
+        return map(self.columns, _differing(rows, self.unequal))
 
 
 @dataclass(slots=True)
@@ -70,6 +77,18 @@ class _Join:
     columns: Callable[[Row], Row]
     unequal: tuple[tuple[int, int], ...]
 
+    def rows(self, side: int, rows: Sequence[Row], tables: Sequence[Table]) -> Iterable[Row]:
+        """What the target gets from new rows of one side, which are added to that side's table."""
+        mine, theirs = tables[side], tables[1 - side]
+        keyed = [(self.keys[side](row), row) for row in rows]
+        for key, row in keyed:
+            mine.setdefault(key, []).append(row)
+        if side:
+            both = (other + row for key, row in keyed for other in theirs.get(key, ()))
+        else:
+            both = (row + other for key, row in keyed for other in theirs.get(key, ()))
+        return map(self.columns, _differing(both, self.unequal))
+
     def allows(self, both: Row) -> bool:
         return not self.unequal or all(both[i] != both[j] for i, j in self.unequal)
 
@@ -84,6 +103,10 @@ class _Head:
     def place(self, row: Row) -> Place:
         """The fact that the row brings about."""
         return self.target, tuple(row[a] if isinstance(a, int) else a for a in self.arguments)
+
+    def rows(self, rows: Iterable[Row]) -> Iterable[Row]:
+        """The arguments of the facts that the rows bring about."""
+        return (self.place(row)[1] for row in rows)
 
 
 @dataclass(slots=True)
@@ -278,57 +301,49 @@ class Closure:
 
     def __init__(self, network: Network, facts: Iterable[Fact], until: Iterable[Fact]) -> None:
         self._network = network
-        entered = {place for fact in facts if (place := network.place(fact)) is not None}
-        self._reached: set[Place] = entered
-        wanted = {place for fact in until if (place := network.place(fact)) is not None}
-        self._run(list(entered), wanted - entered, stops=bool(wanted))
+        self._reached: list[set[Row]] = [set() for _ in network.consumers]
+        self._new: list[list[Row]] = [[] for _ in network.consumers]
+        self._counts: dict[Place, int] = {}
+        for fact in facts:
+            if (place := network.place(fact)) is not None:
+                self._reach(place[0], [place[1]])
+        self._run({place for fact in until if (place := network.place(fact)) is not None})
 
     def holds(self, fact: Fact) -> bool:
-        return self._network.place(fact) in self._reached
+        place = self._network.place(fact)
+        return place is not None and self._is_reached(place)
 
-    def _run(self, agenda: list[Place], waiting: set[Place], *, stops: bool) -> None:
-        reached = self._reached
-        consumers = self._network.consumers
-        limits = self._network.limits
-        counts: dict[Place, int] = {}
+    def _is_reached(self, place: Place) -> bool:
+        return place[1] in self._reached[place[0]]
 
-        def reach(built: Place) -> None:
-            if built in reached:
-                return
-            node, row = built
-            if node in limits:
-                columns, enough = limits[node]
-                rest = node, columns(row)
-                counts[rest] = counts.get(rest, 0) + 1
-                if counts[rest] > enough:
-                    return
-            reached.add(built)
-            agenda.append(built)
+    def _run(self, wanted: Collection[Place]) -> None:
+        tables: list[tuple[Table, Table]] = [({}, {}) for _ in range(self._network.join_count)]
+        while any(self._new) and not (wanted and all(map(self._is_reached, wanted))):
+            # A selection's and a join's node comes after its sources: rows pass through all of these in one round.
+            for node, consumers in enumerate(self._network.consumers):
+                rows, self._new[node] = self._new[node], []
+                for consumer in consumers if rows else ():
+                    if isinstance(consumer, tuple):
+                        join, side = consumer
+                        self._reach(join.target, join.rows(side, rows, tables[join.index]))
+                    else:
+                        self._reach(consumer.target, consumer.rows(rows))
 
-        tables: list[tuple[dict[Row, list[Row]], dict[Row, list[Row]]]] = [
-            ({}, {}) for _ in range(self._network.join_count)
-        ]
-        while agenda and (waiting or not stops):
-            node, row = agenda.pop()
-            for consumer in consumers[node]:
-                if not isinstance(consumer, tuple):
-                    if (built := consumer.place(row)) is not None:
-                        reach(built)
-                    continue
-                join, side = consumer
-                mine, theirs = tables[join.index][side], tables[join.index][1 - side]
-                key = join.keys[side](row)
-                if key in mine:
-                    mine[key].append(row)
-                else:
-                    mine[key] = [row]
-                target, columns, unequal = join.target, join.columns, join.unequal
-                for other in theirs.get(key, ()):
-                    both = other + row if side else row + other
-                    if unequal and not join.allows(both):
-                        continue
-                    reach((target, columns(both)))
-            waiting.discard((node, row))
+    def _reach(self, node: int, rows: Iterable[Row]) -> None:
+        """Let the node have those of the rows that are new, and that are needed."""
+        known = self._reached[node]
+        new = [row for row in dict.fromkeys(rows) if row not in known]
+        if node in self._network.limits:
+            new = [row for row in new if self._is_needed(node, row)]
+        known.update(new)
+        self._new[node] += new
+
+    def _is_needed(self, node: int, row: Row) -> bool:
+        """Whether fewer rows than are enough have been needed that are alike."""
+        columns, enough = self._network.limits[node]
+        alike = node, columns(row)
+        self._counts[alike] = self._counts.get(alike, 0) + 1
+        return self._counts[alike] <= enough
 
 
 class Derivations:
@@ -415,6 +430,13 @@ class Derivations:
                 supposed = derivation.supposed | there.supposed
                 actions = derivation.actions + there.actions
                 self._push(built, _Derivation(supposed, actions, (place, partner)))
+
+
+def _differing(rows: Iterable[Row], unequal: Iterable[tuple[int, int]]) -> Iterable[Row]:
+    """Those of the rows whose values at these pairs of positions differ."""
+    for i, j in unequal:
+        rows = [row for row in rows if row[i] != row[j]]
+    return rows
 
 
 def _columns(positions: tuple[int, ...]) -> Callable[[Row], Row]:

@@ -23,7 +23,7 @@ from planner.relaxation.rules import (
     rules_of,
 )
 
-NETWORKS = 8
+NETWORKS = 64
 """Compiled networks that are kept, the most recently used."""
 
 
