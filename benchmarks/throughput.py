@@ -5,9 +5,10 @@
 A round has a goal for each of the store's four samples. Proposed: until each has a plan to decide on; goals of
 IN_FLIGHT streams are open at a time. Finished: approved automatically, organised, dispatched, carried out and reported,
 until each is over; a sample's next goal is stated when the one before is over, so that four are open at a time and
-compete for the robots. On SQLite and on a database of the server. Beside that what a goal costs, which other load
-changes less: CPU milliseconds of the service's process, with the benchmark's client and robots, and of the planning
-processes, and SQL statements.
+compete for the robots: nearly all have to wait for the mission before. Apart: likewise, one sample in each of
+WORLDS_APART stores, where no mission waits for another. On SQLite and on a database of the server. Beside that what a
+goal costs, which other load changes less: CPU milliseconds of the service's process, with the benchmark's client and
+robots, and of the planning processes, and SQL statements.
 """
 
 import os
@@ -16,8 +17,9 @@ import tempfile
 import threading
 import time
 from collections.abc import Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from fastapi.testclient import TestClient
@@ -47,6 +49,10 @@ from robots.world import load_world
 
 TOKEN = "a-token-of-the-benchmark"
 SAMPLES, BAYS = 4, 12
+WORLDS_APART = 2
+STORE = "sample_store"
+WAY = ("bay_6", "bay_1")
+"""Where a sample is carried in turn by the one robot of its aisle."""
 PROCESSES = 2
 """Planning processes, as many as the service has unless told otherwise."""
 GIVE_UP_S = 300.0
@@ -74,6 +80,14 @@ class Throughput:
     @property
     def cost(self) -> str:
         return f"{self.service_ms:.0f} + {self.planning_ms:.0f} CPU-ms, {self.statements:.0f} statements"
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """A goal to state."""
+
+    text: str
+    world: str = STORE
 
 
 class Instant:
@@ -132,7 +146,7 @@ class Instant:
 
 
 def through(
-    api: TestClient, events: EventLog, streams: Collection[Sequence[str]], *, finished: bool
+    api: TestClient, events: EventLog, streams: Collection[Sequence[Wish]], *, finished: bool
 ) -> Throughput:
     """Put streams of goals through, each once the one before in its stream has a plan, or is over.
 
@@ -171,17 +185,17 @@ def counted_statements() -> Iterator[Sequence[None]]:
 
 
 def _put_through(
-    api: TestClient, events: EventLog, streams: Collection[Sequence[str]], *, finished: bool
+    api: TestClient, events: EventLog, streams: Collection[Sequence[Wish]], *, finished: bool
 ) -> None:
     passed = "goal.finished" if finished else "goal.planned"
     seen = events.last()
     left = [iter(stream) for stream in streams]
-    open_goals: dict[str, Iterator[str]] = {}
+    open_goals: dict[str, Iterator[Wish]] = {}
 
-    def state_next(stream: Iterator[str]) -> None:
-        for text in stream:
-            wish = {"text": text, "auto_approve": finished}
-            open_goals[api.post("/v1/goals", json=wish).raise_for_status().json()["id"]] = stream
+    def state_next(stream: Iterator[Wish]) -> None:
+        for wish in stream:
+            goal = {"text": wish.text, "world": wish.world, "auto_approve": finished}
+            open_goals[api.post("/v1/goals", json=goal).raise_for_status().json()["id"]] = stream
             return
 
     for stream in left:
@@ -200,16 +214,30 @@ def _put_through(
                 raise RuntimeError(f"{one.subject}: {one.data['reason']}")
 
 
-def streams_of(rounds: Sequence[int], *, finished: bool) -> Collection[Sequence[str]]:
+def streams_of(rounds: Sequence[int], *, finished: bool) -> Collection[Sequence[Wish]]:
     """The goals of some rounds: of each sample in turn, or dealt to `IN_FLIGHT` streams."""
     of_sample = [
-        [f"move sample_{sample + 1} to bay_{(number * SAMPLES + sample) % BAYS + 1}" for number in rounds]
+        [
+            Wish(f"move sample_{sample + 1} to bay_{(number * SAMPLES + sample) % BAYS + 1}")
+            for number in rounds
+        ]
         for sample in range(SAMPLES)
     ]
     if finished:
         return of_sample
-    texts = [text for of_round in zip(*of_sample, strict=True) for text in of_round]
-    return [texts[first::IN_FLIGHT] for first in range(IN_FLIGHT)]
+    wishes = [wish for of_round in zip(*of_sample, strict=True) for wish in of_round]
+    return [wishes[first::IN_FLIGHT] for first in range(IN_FLIGHT)]
+
+
+def streams_apart(rounds: Sequence[int]) -> Collection[Sequence[Wish]]:
+    """One sample's goals in each store of its own."""
+    return [
+        [Wish(f"move sample_1 to {WAY[number % len(WAY)]}", world) for number in rounds] for world in _apart()
+    ]
+
+
+def _apart() -> Sequence[str]:
+    return [f"store_apart_{number + 1}" for number in range(WORLDS_APART)]
 
 
 def untrue_after(rounds: int) -> Sequence[int]:
@@ -218,37 +246,51 @@ def untrue_after(rounds: int) -> Sequence[int]:
     return [number for number in range(rounds + 1, 3 * rounds + again) if (number - rounds) % again][:rounds]
 
 
-def figures(url: str | None, worker: PlanningWorker, rounds: int) -> tuple[Throughput, Throughput]:
-    """Until goals have a plan, and until they are finished."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figures:
+    """Of goals until they have a plan, until they are finished, and likewise where none waits for another."""
+
+    planned: Throughput
+    finished: Throughput
+    apart: Throughput
+
+
+def figures(url: str | None, worker: PlanningWorker, rounds: int) -> Figures:
+    with ExitStack() as stack:
+        worlds = [stack.enter_context(_world(name)) for name in (STORE, *_apart())]
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        settings = Settings(data=folder, token=TOKEN, database_url=url)
+        service = stack.enter_context(Service(settings, worlds, worker=worker))
+        bearer = {"authorization": f"Bearer {TOKEN}"}
+        api = stack.enter_context(TestClient(service.api, headers=bearer))
+        put = partial(through, api, service.events)
+        # Not counted: each sample gets a place that no other sample ever goes to, and the other process starts.
+        put(streams_of(range(1), finished=True), finished=True)
+        put(streams_apart(range(2)), finished=True)
+        started_s = time.monotonic()
+        while worker.free_count < PROCESSES and time.monotonic() < started_s + START_S:
+            time.sleep(RECEIVE_S)
+        finished = put(streams_of(range(1, rounds + 1), finished=True), finished=True)
+        apart = put(streams_apart(range(rounds * SAMPLES // WORLDS_APART)), finished=True)
+        planned = put(streams_of(untrue_after(rounds), finished=False), finished=False)
+    return Figures(planned=planned, finished=finished, apart=apart)
+
+
+@contextmanager
+def _world(name: str) -> Iterator[RunningWorld]:
     near, far = InMemoryLink.pair()
     clock = ManualClock()
-    world = RunningWorld(file=load_world("sample_store"), link=near, clock=clock, rate=None, run="benchmark")
-    with tempfile.TemporaryDirectory() as folder:
-        settings = Settings(data=Path(folder), token=TOKEN, database_url=url)
-        with (
-            Instant(far, clock),
-            Service(settings, [world], worker=worker) as service,
-            TestClient(service.api, headers={"authorization": f"Bearer {TOKEN}"}) as api,
-        ):
-            # Not counted: each sample gets a place that no other sample ever goes to.
-            through(api, service.events, streams_of(range(1), finished=True), finished=True)
-            to_the_end = streams_of(range(1, rounds + 1), finished=True)
-            done = through(api, service.events, to_the_end, finished=True)
-            to_a_plan = streams_of(untrue_after(rounds), finished=False)
-            # Not counted, either: meanwhile the other process is started.
-            through(api, service.events, to_a_plan, finished=False)
-            started_s = time.monotonic()
-            while worker.free_count < PROCESSES and time.monotonic() < started_s + START_S:
-                time.sleep(RECEIVE_S)
-            planned = through(api, service.events, to_a_plan, finished=False)
-    return planned, done
+    file = load_world(STORE).model_copy(update={"name": name})
+    with Instant(far, clock):
+        yield RunningWorld(file=file, link=near, clock=clock, rate=None, run="benchmark")
 
 
 def measure(url: str | None, worker: PlanningWorker, rounds: int) -> str:
-    planned, done = figures(url, worker, rounds)
+    found = figures(url, worker, rounds)
     return (
-        f"{planned.a_second:.1f} goals a second proposed, {done.a_second:.1f} finished;"
-        f" a goal costs {planned.cost} to its plan, {done.cost} to its end"
+        f"{found.planned.a_second:.1f} goals a second proposed, {found.finished.a_second:.1f} finished,"
+        f" {found.apart.a_second:.1f} finished apart; a goal costs {found.planned.cost} to its plan,"
+        f" {found.finished.cost} to its end, {found.apart.cost} apart"
     )
 
 

@@ -139,13 +139,18 @@ def goals(runs: int) -> Iterator[Row]:
             else:
                 with database_on(server) as url:
                     found.append(throughput.figures(url, worker, ROUNDS))
-        for index, (what, target) in enumerate((("goals proposed", 20.0), ("missions to their end", 10.0))):
+        proposed, to_the_end = before
+        for what, values, target, was in (
+            ("goals proposed", [one.planned for one in found], 20.0, proposed),
+            ("missions to their end", [one.finished for one in found], 10.0, to_the_end),
+            ("missions to their end, none waiting for another", [one.apart for one in found], 10.0, ""),
+        ):
             yield Row(
                 what=f"{what}, {name}",
                 unit="a second",
-                values=[both[index].a_second for both in found],
+                values=[one.a_second for one in values],
                 target=target,
-                before=before[index],
+                before=was,
                 more_is_better=True,
             )
     worker.close()
