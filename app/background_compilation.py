@@ -1,13 +1,12 @@
 """Compiles groups of functions in one process of low priority, while others run them as Python."""
 
 import logging
-import multiprocessing
 import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
 
-from robots.child_processes import start_child
+from robots.child_processes import end_with_parent, start_child
 from robots.compilation import IN_BACKGROUND, Group, compile_once, compiles, is_being_compiled, is_compiled
 from robots.data import StrEnum
 
@@ -145,14 +144,6 @@ def _compile(groups: Sequence[Group]) -> None:
     # NOTE: while functions are compiled, an exception cannot unwind the stack: the compiler's callbacks drop it.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.nice(NICENESS)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     for group in groups:
         compile_once(group, logger.info)
-
-
-def _end_with_parent() -> None:
-    """End this process after its parent, also after one that was killed."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os.kill(os.getpid(), signal.SIGTERM)

@@ -13,11 +13,11 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing import get_context, resource_tracker
+from multiprocessing import get_context, parent_process, resource_tracker
 from multiprocessing.forkserver import ensure_running, set_forkserver_preload
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from threading import Event
+from threading import Event, Thread
 from typing import Any
 
 logger = logging.getLogger(__name__)
@@ -108,6 +108,22 @@ def start_child(target: Callable[..., None], *args: Any, name: str, shares: bool
                 raise
             Event().wait(PAUSE_S)
     return process
+
+
+def end_with_parent(end: Callable[[], None] = lambda: os._exit(1)) -> None:
+    """In a child: have it end after its parent, also after one that was killed; it would wait for ever.
+
+    :param end: ends the process; called in a thread of its own.
+    """
+    parent = parent_process()
+    if parent is None:
+        return
+
+    def follow() -> None:
+        parent.join()
+        end()
+
+    Thread(target=follow, daemon=True).start()
 
 
 def _call(target: Callable[..., None], args: tuple[Any, ...], name: str, environment: dict[str, str]) -> None:

@@ -1,12 +1,12 @@
 """Independent runs in parallel processes; the results do not depend on the number of processes."""
 
-import os
 import signal
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import active_children, get_context, parent_process
-from threading import Thread
+from multiprocessing import active_children, get_context
 from typing import TypeVar
+
+from robots.child_processes import end_with_parent
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -37,12 +37,4 @@ def run_parallel(work: Callable[[Job], Result], jobs: Sequence[Job], *, workers:
 def _start_worker() -> None:
     """In a new process: an interruption ends it silently, and it ends with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
-    Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    # NOTE: otherwise a pool's process waits for its next job for ever if the parent was killed.
-    parent = parent_process()
-    assert parent is not None
-    parent.join()
-    os._exit(1)
+    end_with_parent()

@@ -14,7 +14,7 @@ from app.domain.clock import SYSTEM_CLOCK, WallClock, pause
 from app.planning.pool.process_tree import kill, tree_of
 from app.planning.pool.work import Answer, Work, WorkResult
 from planner import Observer, PlanningEngine, PlanningStatus, Progress
-from robots.child_processes import start_child
+from robots.child_processes import end_with_parent, start_child
 from robots.compilation import run_uncompiled
 
 GRACE_S = 10.0
@@ -261,7 +261,7 @@ def _serve(make_engine: MakeEngine, pipe: Pipe, is_compiled: bool) -> None:
         run_uncompiled()
     # NOTE: while functions are compiled, an exception cannot unwind the stack: the compiler's callbacks drop it.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent(_end)
     gc.disable()  # it would scan what is being imported
     try:
         engine = make_engine(lambda doing: pipe.send(_Starting(doing)))
@@ -291,12 +291,9 @@ def _exit(*_: object) -> None:
     raise SystemExit(1)
 
 
-def _end_with_parent() -> None:
-    """End this process after its parent: if the service is killed, it would otherwise wait for work for ever."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os.kill(os.getpid(), signal.SIGTERM)
-        pause(SYSTEM_CLOCK, EXIT_S)
-        kill(tree_of(os.getpid())[1:])
-        os._exit(1)
+def _end() -> None:
+    """End this process with its native engines, those that do not end by themselves soon, too."""
+    os.kill(os.getpid(), signal.SIGTERM)
+    pause(SYSTEM_CLOCK, EXIT_S)
+    kill(tree_of(os.getpid())[1:])
+    os._exit(1)

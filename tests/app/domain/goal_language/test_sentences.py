@@ -251,6 +251,7 @@ def test_a_robot_without_a_home_is_parked_where_nobody_stands() -> None:
         ("move the other sample to bay_7", "sample-needed", "other sample", "sample_1"),
         ("swap sample_1", "sample-needed", "", "sample_2"),
         ("swap sample_1 and sample_1", "goal-not-understood", "sample_1", "sample_2"),
+        ("swap sample_1 with two samples", "goal-not-understood", "two samples", "sample_4"),
         ("park sample_1", "unknown-robot", "sample_1", "yard_1"),
         ("park", "robot-needed", "", "yard_1"),
         ("send yard_1", "place-needed", "", "door_1"),

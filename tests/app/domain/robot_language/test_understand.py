@@ -137,6 +137,11 @@ def test_what_is_missing_is_asked_for_and_put_in_its_place() -> None:
         assert completed(text, question, "sample_1") == whole
 
 
+def test_a_misplaced_word_is_answered_with_one_like_it_or_else_with_those_that_may_stand_there() -> None:
+    assert asked("fase sample_1").detail == "'fase' cannot stand here; did you mean face?"
+    assert asked("zzzz sample_1").detail.startswith("'zzzz' cannot stand here; it could be approach, back off, ")
+
+
 def test_a_line_of_acl_asks_which_one_too() -> None:
     here = around("store_1", tags=TWO_SEEN)
     text = "REQUEST target:store_1 action:face object:sample"

@@ -54,8 +54,14 @@ def a_fleet(
 
 
 @contextmanager
-def a_service(broker: Broker, board: Board | None = None, *, digest: str = "") -> Iterator[ServiceLink]:
-    service = ServiceLink(WORLD, ROBOTS, broker, digest=digest)
+def a_service(
+    broker: Broker,
+    board: Board | None = None,
+    *,
+    digest: str = "",
+    wall_s: Callable[[], float] = time.monotonic,
+) -> Iterator[ServiceLink]:
+    service = ServiceLink(WORLD, ROBOTS, broker, digest=digest, wall_s=wall_s)
     service.listen(board or Board())
     service.start()
     try:

@@ -9,6 +9,7 @@ import pytest
 from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion
 
+from robots.clock import ManualClock
 from robots.link.mqtt import Broker, ConnectionState, FleetLink, ServiceLink, WorldAnnouncement
 from robots.link.mqtt.session import MAX_PACKET_BYTES
 from robots.link.mqtt.topics import Channel, robot_topic, world_topic
@@ -124,6 +125,16 @@ def test_a_fleet_that_leaves_says_offline(broker: Mosquitto) -> None:
     with a_service(at(broker), board):
         until(lambda: board.remembered == set(ROBOTS))
     assert board.states == dict.fromkeys(ROBOTS, ConnectionState.OFFLINE)
+
+
+def test_a_world_is_without_a_fleet_from_when_it_has_left(broker: Mosquitto) -> None:
+    clock = ManualClock()
+    with a_service(at(broker), wall_s=clock.now_s) as service:
+        until(lambda: service.connected)
+        clock.advance(60.0)
+        with a_fleet(at(broker)):
+            until(lambda: service.fleetless_s == 0.0)
+        until(lambda: service.fleetless_s == 60.0)
 
 
 def test_what_the_broker_remembers_is_not_taken_for_a_fleet_that_is_there(broker: Mosquitto) -> None:
