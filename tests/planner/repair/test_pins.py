@@ -415,3 +415,17 @@ def test_beginning_with_the_old_plan_finds_it_again(knowledge_base: KnowledgeBas
     again = HierarchicalEngine(knowledge_base).plan(problem, PlanningRequest(effort_s=0.0, like=plan))
     assert again.plan_net is not None
     assert compare(plan.actions, again.plan_net).changes == 0
+
+
+def test_an_old_plan_that_is_much_longer_than_its_changes_are_worth_is_not_kept(
+    knowledge_base: KnowledgeBase,
+) -> None:
+    goals = [inside("s0", "door_2"), inside("s1", "door_3")]
+    problem = Store(yard_robots=2, doors=4).problem(goals, {"s0": "door_0", "s1": "door_1"})
+    by_one_robot = frozenset(fact for fact in problem.facts if fact.args[0] != "yard_1")
+    old = engine().plan(replace(problem, facts=by_one_robot), REQUEST).plan_net
+    assert old is not None
+    again = HierarchicalEngine(knowledge_base).plan(problem, PlanningRequest(effort_s=1.0, like=old))
+    assert again.plan_net is not None
+    assert compare(old.actions, again.plan_net).changes > 0
+    assert worth(old, again.plan_net) < old.makespan_s

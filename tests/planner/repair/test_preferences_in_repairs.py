@@ -75,6 +75,7 @@ def test_a_preference_that_no_repair_can_keep_is_broken_and_told() -> None:
     assert lost.result.preferences is not None
     (broken,) = lost.result.preferences.outcomes
     assert broken.reason == "no better repair that keeps it was found"
+    assert lost.result.preferences.bound_s == 0.0, "of repairs nothing is proven"
 
 
 def test_a_preference_that_the_plan_has_broken_does_not_change_its_repair() -> None:

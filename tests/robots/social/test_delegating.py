@@ -35,6 +35,7 @@ from robots.wire import (
     ScriptState,
     SpeechAct,
     StatusQuery,
+    StatusReport,
     UpkeepReport,
 )
 from robots.wire import Body as Content
@@ -254,6 +255,26 @@ def test_an_idle_robot_does_the_leg_and_the_script_goes_on_after_it() -> None:
     assert PacketState.RETRIABLE in states
     assert PacketState.FAILED not in states, "the service would have it that the script fails"
     assert field.performatives("ginger") == [Performative.PROPOSE, Performative.INFORM]
+
+
+def test_a_script_whose_leg_another_robot_does_is_paused_and_resumed() -> None:
+    field = jammed("fred", "ginger")
+    field.order(mission("ginger"))
+    assert field.until(300.0, DelegationState.AWARDED)
+    states = [state_of(field)]
+    for number, verb in enumerate((ControlVerb.PAUSE, ControlVerb.RESUME), start=1):
+        field.send("fred", Control(script_id="script-fred", verb=verb, number=number))
+        states.append(state_of(field))
+    assert states == [PacketState.RETRIABLE, PacketState.PAUSED, PacketState.RETRIABLE]
+    assert field.told == [DelegationState.AWARDED]
+
+
+def state_of(field: Field) -> PacketState | None:
+    """The state of fred's packet, as he answers when he is asked."""
+    field.send("fred", StatusQuery(script_id="script-fred"), Performative.QUERY)
+    field.go_on(0.2)
+    *_, last = (one.body for one in field.heard.values() if isinstance(one.body, StatusReport))
+    return last.packet_state
 
 
 def test_while_the_service_answers_it_decides_and_the_script_fails_as_before() -> None:
