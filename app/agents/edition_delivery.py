@@ -95,7 +95,7 @@ class EditionDelivery:
             for row in session.scalars(query.with_for_update()).all():
                 is_refused = taken_up is not None and row.edition > taken_up
                 row.delivery = "refused" if is_refused else "taken_up"
-                row.detail = reason if is_refused or taken_up is None else ""
+                row.detail = reason if is_refused else ""
                 told = (
                     WorldChangeRefused(subject=self._world, edition=row.edition, reason=reason)
                     if is_refused

@@ -118,6 +118,10 @@ def test_a_goal_is_planned_centrally_if_no_robot_answers_in_time(tendering: Tend
 def test_a_robot_that_leaves_the_world_holds_up_no_goal(tendering: Tendering) -> None:
     tendering.plan(STORED, deaf=("yard_2",))
     assert tendering.goal().state == "planning"
+    awaited = [row.reply_by_s for row in tendering.conversations()]
+    with tendering.services.database.write() as session:
+        end_with_robots(session, "another_world", [])
+    assert [row.reply_by_s for row in tendering.conversations()] == awaited
     with tendering.services.database.write() as session:
         end_with_robots(session, WORLD, [name for name in EVERYONE if name != "yard_2"])
     tendering.run(0.5, deaf=("yard_2",))

@@ -139,7 +139,9 @@ def test_what_is_missing_is_asked_for_and_put_in_its_place() -> None:
 
 def test_a_misplaced_word_is_answered_with_one_like_it_or_else_with_those_that_may_stand_there() -> None:
     assert asked("fase sample_1").detail == "'fase' cannot stand here; did you mean face?"
-    assert asked("zzzz sample_1").detail.startswith("'zzzz' cannot stand here; it could be approach, back off, ")
+    assert asked("zzzz sample_1").detail.startswith(
+        "'zzzz' cannot stand here; it could be approach, back off, "
+    )
 
 
 def test_a_line_of_acl_asks_which_one_too() -> None:

@@ -65,7 +65,7 @@ class StubRobot:
     _script: ScriptRequest | None = None
     _left_s: float = 0.0
     _paused: bool = False
-    _seen: set[str] = field(default_factory=set)
+    seen: set[str] = field(default_factory=set)
 
     def say(self, body: Body, reply: str | None = None) -> None:
         message = Message(
@@ -90,8 +90,8 @@ class StubRobot:
     def _hear(self, message: Message) -> None:
         match message.body:
             case ScriptRequest(script=script) as request:
-                if script.id not in self._seen:
-                    self._seen.add(script.id)
+                if script.id not in self.seen:
+                    self.seen.add(script.id)
                     self._script = request
                     self._left_s = WORK_S
                     self._paused = False
@@ -265,6 +265,9 @@ def test_the_horizon_is_not_driven_and_an_update_releases_it() -> None:
     mastered.order(_node(2, "bay"), _node(4, "door"), update=1)
     mastered.step(10.0, masters=False)
     assert [arguments["ref2"] for _, arguments in mastered.robot.done] == ["bay", "door"]
+    assert {one.rpartition("-")[0] for one in mastered.robot.seen} == {"vda5050-o"}, (
+        "scripts are named by the order"
+    )
     assert mastered.state.is_idle
 
 
