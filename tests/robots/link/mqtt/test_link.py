@@ -163,6 +163,15 @@ def test_an_order_for_another_run_of_the_world_is_dropped_and_so_is_a_report_of_
         assert [getattr(m.body, "packet_id", "") for m in received(service, 1)] == ["of this run"]
 
 
+def test_a_message_that_does_not_say_of_which_run_it_is_is_counted(broker: Mosquitto) -> None:
+    with both(at(broker)) as (service, fleet):
+        said = report("fred").model_dump_json().encode()
+        shout(broker, robot_topic(WORLD, "fred", Channel.STATE), said)
+        until(lambda: service.malformed == 1)
+        fleet.send(report("ginger"))
+        assert [one.sender for one in received(service, 1)] == ["ginger"]
+
+
 def test_nothing_is_sent_before_a_run_is_taken_up(broker: Mosquitto) -> None:
     with a_service(at(broker)) as service, a_fleet(at(broker)) as fleet:
         until(lambda: service.run == RUN and fleet.connected)
