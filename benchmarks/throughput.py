@@ -50,6 +50,7 @@ from robots.world import load_world
 TOKEN = "a-token-of-the-benchmark"
 SAMPLES, BAYS = 4, 12
 WORLDS_APART = 2
+"""Further stores, each with one sample that moves."""
 STORE = "sample_store"
 WAY = ("bay_6", "bay_1")
 """Where a sample is carried in turn by the one robot of its aisle."""

@@ -111,7 +111,7 @@ def start_child(target: Callable[..., None], *args: Any, name: str, shares: bool
 
 
 def end_with_parent(end: Callable[[], None] = lambda: os._exit(1)) -> None:
-    """In a child: have it end after its parent, also after one that was killed; it would wait for ever.
+    """In a child: have it end after its parent, also after one that was killed; else it may wait for ever.
 
     :param end: ends the process; called in a thread of its own.
     """

@@ -19,7 +19,7 @@ from robots.world import load_world
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.services import AUTHORISED, over_broker
 from tests.scenarios.serving import macta_fleet
-from tests.waiting import read_until
+from tests.waiting import read_until, until
 
 ROOT = Path(__file__).parents[2]
 EMBODIMENT = "/v1/robots/carl/embodiment"
@@ -74,9 +74,9 @@ def test_a_robots_own_program_takes_its_mind_works_is_killed_goes_on_and_gives_t
         TestClient(service.api, headers=AUTHORISED) as api,
     ):
         read_until(api, "/v1/robots/carl", lambda one: one["connection"] == "online" and one["pose"])
-        api.post("/v1/robots/carl:embody", json={"body": "real"}).raise_for_status()
-        read_until(api, EMBODIMENT, lambda one: one["attempts"][0]["state"] == "handing_over")
         with own_program(broker, file, tmp_path):
+            until(lambda: list(tmp_path.glob("carl.memory.*")))  # without a mind: its start may take long
+            api.post("/v1/robots/carl:embody", json={"body": "real"}).raise_for_status()
             assert moved(api, "real")["state"] == "embodied"
             carried_out(api, "bring sample_1 to bay_2")
         read_until(api, "/v1/robots/carl", lambda one: one["connection"] != "online")
