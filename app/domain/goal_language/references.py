@@ -226,7 +226,7 @@ class References:
             return self._quantified(phrase, fitting, "robot", f" in {origin.name}" if origin else "")
         if name_in(phrase.words, names) not in names and (role := self._role_of(phrase)) is not None:
             return self._players(phrase, *role, origin)
-        return _named("robot", phrase, names, self.samples, f"is a sample; {verb} takes robots")
+        return _named("robot", phrase, names, self.samples, f"is a sample; {verb!r} takes robots")
 
     def _role_of(self, phrase: Phrase) -> tuple[str, bool] | None:
         """The role that a phrase like "the guard" or "all guards" names, and whether in the plural; None if none."""
