@@ -22,6 +22,11 @@ def test_a_sample_is_laid_in_a_free_berth_or_left_in_its_own() -> None:
     assert understood(("in", ["sample_2", "bay_2"], True)) == [("in", ("sample_2", "bay_2_1"), True)]
 
 
+def test_a_statement_that_lacks_an_argument_is_left_to_those_who_refuse_it() -> None:
+    lacking: Statement = ("in", ["sample_1"], True)
+    assert understood(lacking) == [lacking]
+
+
 def test_samples_of_one_correction_get_a_berth_each() -> None:
     said = understood(
         ("in", ["sample_1", "bay_7"], True),
