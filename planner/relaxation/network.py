@@ -102,11 +102,12 @@ class _Head:
 
     def place(self, row: Row) -> Place:
         """The fact that the row brings about."""
-        return self.target, tuple(row[a] if isinstance(a, int) else a for a in self.arguments)
+        (built,) = self.rows([row])
+        return self.target, built
 
     def rows(self, rows: Iterable[Row]) -> Iterable[Row]:
         """The arguments of the facts that the rows bring about."""
-        return (self.place(row)[1] for row in rows)
+        return (tuple(row[a] if isinstance(a, int) else a for a in self.arguments) for row in rows)
 
 
 @dataclass(slots=True)
@@ -351,9 +352,7 @@ class Derivations:
 
     def __init__(self, network: Network) -> None:
         self._network = network
-        self._tables: list[tuple[dict[Row, list[Row]], dict[Row, list[Row]]]] = [
-            ({}, {}) for _ in range(network.join_count)
-        ]
+        self._tables: list[tuple[Table, Table]] = [({}, {}) for _ in range(network.join_count)]
         self._reached: dict[Place, _Derivation] = {}
         self._facts: dict[Place, Fact] = {}
         self._queue: list[tuple[int, int, int, Place, _Derivation]] = []

@@ -78,6 +78,7 @@ def test_a_robots_own_program_takes_its_mind_works_is_killed_goes_on_and_gives_t
             until(lambda: list(tmp_path.glob("carl.memory.*")))  # without a mind: its start may take long
             api.post("/v1/robots/carl:embody", json={"body": "real"}).raise_for_status()
             assert moved(api, "real")["state"] == "embodied"
+            assert "embodiment.handing_over" in {one.type for one in service.events.since(0)}
             carried_out(api, "bring sample_1 to bay_2")
         read_until(api, "/v1/robots/carl", lambda one: one["connection"] != "online")
         with own_program(broker, file, tmp_path):
