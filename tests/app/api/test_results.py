@@ -44,9 +44,12 @@ def test_a_missions_results_are_listed_shown_told_and_recorded(
     assert api.get(f"{path}/results/result-unknown").json()["type"].endswith("unknown-result")
     assert api.get("/v1/missions/mission-unknown/results").status_code == 404
 
-    replay = read_until(api, f"{path}/replay", lambda told: len(told.get("results", ())) == len(listed))
-    told = [one["data"] for one in replay["events"] if one["type"] == "packet.result"]
-    assert {(one["result"], one["value"]) for one in told} == {(one["id"], one["value"]) for one in listed}
+    replay = read_until(  # an event is written after the result that it tells of
+        api, f"{path}/replay", lambda replay: len(_told(replay)) >= len(listed)
+    )
+    assert {(one["result"], one["value"]) for one in _told(replay)} == {
+        (one["id"], one["value"]) for one in listed
+    }
     recorded = {one["id"]: one for one in replay["results"]}
     assert recorded[image["id"]] == {**image, "image": f"data:image/png;base64,{b64encode(PNG).decode()}"}
     assert recorded[items["reading"]["id"]] == items["reading"]
@@ -57,3 +60,7 @@ def test_a_missions_results_are_listed_shown_told_and_recorded(
     ((schema, _, _, message),) = reader.iter_decoded_messages(topics=[topic])
     assert schema.name == "foxglove.CompressedImage"
     assert (message.data, message.format, message.frame_id) == (PNG, "png", image["robot"])
+
+
+def _told(replay: dict[str, Any]) -> list[dict[str, Any]]:
+    return [one["data"] for one in replay.get("events", ()) if one["type"] == "packet.result"]
