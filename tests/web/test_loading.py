@@ -22,6 +22,9 @@ def test_only_what_an_event_is_about_is_asked_for(page: Page, service: FakeServi
     for _ in range(60):
         service.propose("move sample_1 to bay_1", state="finished", outcome="completed")
     service.approve("plan-60")
+    newest = page.get_by_test_id("goal-item").first
+    expect(newest).to_contain_text("committed")
+    newest.click()  # the page may have selected one of those before, if it asked while they were stated
     expect(page.get_by_test_id("mission-state")).to_have_text("running")
     page.wait_for_timeout(500)
     asked = asked_of(page)
