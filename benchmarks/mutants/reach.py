@@ -1,0 +1,85 @@
+"""Which tests execute a line, as recorded by one run of the tests."""
+
+import ast
+import json
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+from coverage import Coverage, CoverageData
+
+from benchmarks.mutants.mutation import ROOT, Mutant
+from benchmarks.mutants.recording import LINES, TESTS
+
+MOST_S = 60.0
+"""Of the tests that a mutant is tried with, by the time that they took when they were recorded."""
+MOST_TESTS = 400
+
+
+class Reach:
+    """What `benchmarks.mutants.recording` has written."""
+
+    def __init__(self, folder: Path, checkout: Path) -> None:
+        """:param checkout: where the tests ran."""
+        self._checkout = checkout
+        self._seconds: dict[str, float] = {}
+        for file in (folder / TESTS).iterdir():
+            self._seconds |= json.loads(file.read_text())
+        coverage = Coverage(data_file=str(folder / LINES), config_file=False)
+        coverage.combine([str(folder)], keep=True)
+        self._data: CoverageData = coverage.get_data()
+
+    @property
+    def tests(self) -> int:
+        """How many tests passed."""
+        return len(self._seconds)
+
+    def tests_for(self, mutant: Mutant) -> list[str]:
+        """Tests that execute the mutant's line, the shortest first.
+
+        A line that is executed by an import, or compiled, has those of all functions of its module.
+        """
+        tests, imported = self._tests(mutant.path), _imported(mutant.path)
+        lines: Iterable[int] = range(_statement(mutant.path, mutant.at[0]), mutant.at[0] + 1)
+        if mutant.at[0] in imported or not any(tests.get(line) for line in lines):
+            lines = tests.keys() - imported
+        found = frozenset[str]().union(*(tests.get(line, ()) for line in lines))
+        chosen: list[str] = []
+        left_s = MOST_S
+        for test in sorted(found & self._seconds.keys(), key=lambda test: (self._seconds[test], test)):
+            left_s -= self._seconds[test]
+            if chosen and (left_s < 0 or len(chosen) == MOST_TESTS):
+                break
+            chosen.append(test)
+        return chosen
+
+    def _tests(self, path: Path) -> dict[int, frozenset[str]]:
+        contexts = self._data.contexts_by_lineno(str(self._checkout / path))
+        return {line: frozenset(tests) for line, tests in contexts.items()}
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse((ROOT / path).read_text())
+
+
+def _lines(first: ast.stmt | ast.expr, last: ast.stmt | ast.expr) -> range:
+    return range(first.lineno, (last.end_lineno or last.lineno) + 1)
+
+
+@cache
+def _imported(path: Path) -> frozenset[int]:
+    """The lines of a module outside of its functions' bodies."""
+    imported = {line for statement in _tree(path).body for line in _lines(statement, statement)}
+    for node in ast.walk(_tree(path)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            imported.difference_update(_lines(node.body[0], node))
+        elif isinstance(node, ast.Lambda):
+            imported.difference_update(_lines(node, node))
+    return frozenset(imported)
+
+
+def _statement(path: Path, line: int) -> int:
+    """The line on which the innermost statement around a line begins."""
+    statements = (node for node in ast.walk(_tree(path)) if isinstance(node, ast.stmt))
+    return max((one.lineno for one in statements if line in _lines(one, one)), default=line)
