@@ -55,12 +55,16 @@ def kill(tree: list[Running]) -> None:
 def _pids(pid: int) -> Iterator[int]:
     yield pid
     try:
-        tasks = list((PROCESSES / str(pid) / "task").iterdir())
-        children = [int(child) for task in tasks for child in (task / "children").read_text().split()]
+        threads = list((PROCESSES / str(pid) / "task").iterdir())
     except OSError:  # the process has ended, or there is no /proc
         return
-    for child in children:
-        yield from _pids(child)
+    for thread in threads:
+        try:
+            children = (thread / "children").read_text().split()
+        except OSError:  # this thread has ended
+            continue
+        for child in children:
+            yield from _pids(int(child))
 
 
 def _began(pid: int) -> str:
