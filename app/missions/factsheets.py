@@ -375,12 +375,15 @@ class Factsheets:
         return row
 
     def _has_room(self, session: Session, world: str) -> bool:
-        """Whether one more factsheet of a robot outside is kept; the oldest refused one makes room for it."""
+        """Whether one more factsheet of a robot outside is kept.
+
+        The oldest that was refused makes room for it, once its robot was told so.
+        """
         outside = (FactsheetRow.world == world, FactsheetRow.state.in_(OUTSIDE))
         rows = session.scalars(select(FactsheetRow).where(*outside).order_by(FactsheetRow.came_at)).all()
         if len(rows) < MAX_OUTSIDE:
             return True
-        refused = next((row for row in rows if row.state == FactsheetState.REFUSED), None)
+        refused = next((row for row in rows if row.state == FactsheetState.REFUSED and row.is_told), None)
         if refused is not None:
             session.delete(refused)
             return True

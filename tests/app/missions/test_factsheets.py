@@ -214,6 +214,7 @@ def test_a_robot_that_no_world_has_waits_until_an_operator_admits_it(
 def test_a_robot_that_is_removed_is_a_stranger_again(api: TestClient, team: FakeTeam) -> None:
     announced(team, "visitor_1", visitor())
     api.post(f"{WORLD}/robots/visitor_1:admit").raise_for_status()
+    until(lambda: team.replies[-1][1].state is FactsheetState.IN_FORCE)
     edits = [{"edit": "remove_robot", "name": "visitor_1"}]
     api.post(CHANGES, json={"reason": "it has left", "edits": edits}).raise_for_status()
     assert api.get(SHEETS).json()["items"] == []
@@ -276,7 +277,9 @@ def test_only_so_many_strangers_are_kept_and_a_refused_one_makes_room(
     monkeypatch.setattr(factsheets, "MAX_OUTSIDE", 2)
     announced(team, "visitor_1", visitor())
     announced(team, "visitor_2", visitor())
+    team.patient = False  # what is held back would be said again, and be answered beside the one refused
     team.report("visitor_3", visitor())
+    team.patient = True
     assert announced(team, "yard_1", sheet()) is FactsheetState.IN_FORCE
     assert {one["robot"] for one in api.get(SHEETS).json()["items"]} == {"visitor_1", "visitor_2", "yard_1"}
     api.post(f"{WORLD}/robots/visitor_1:refuse", json={"reason": "too many"}).raise_for_status()
