@@ -27,12 +27,14 @@ class _Hold:
     :param heard_s: when the driver was last heard, monotonic.
     :param unsent: the set-point to be sent next.
     :param refusal: the reason that the robot gave for refusing the driver.
+    :param is_released: the driver has given it back.
     """
 
     driver: str
     heard_s: float
     unsent: SetPoint | None = None
     refusal: str = ""
+    is_released: bool = False
 
     def set(
         self,
@@ -93,7 +95,8 @@ class Teleoperation:
     def drive(self, robot: str, driver: str, *, speed_m_s: float, turn_rad_s: float) -> Drive:
         """Drive the robot at these speeds until the set-point expires.
 
-        :raises Conflict: if it is lost, out of contact, on a mission, driven by another, or refuses.
+        :raises Conflict: if it is lost, out of contact, on a mission, driven by another, released by this driver, or
+            refuses.
         """
         report = self._robots.robot(robot)
         valid_s = self._valid_s(report.view.world)
@@ -114,7 +117,7 @@ class Teleoperation:
             hold = self._holds.get(robot)
             here = hold is not None and hold.driver == driver
             if here or self._drives(report, driver):
-                self._holds[robot] = hold = _Hold(driver=driver, heard_s=float("-inf"))
+                self._holds[robot] = hold = _Hold(driver=driver, heard_s=float("-inf"), is_released=True)
                 hold.set(number=self._next_number(), valid_s=valid_s, ends=True)
                 self._released[robot] = driver
         return self._drive(report, driver, valid_s)
@@ -151,10 +154,14 @@ class Teleoperation:
     def _hold(self, robot: str, driver: str) -> _Hold:
         """The driver's control of the robot, newly taken if it is free.
 
-        :raises Conflict: if another has it.
+        :raises Conflict: if another has it, or the driver has released it.
         """
         hold = self._holds.get(robot)
         if hold is not None and hold.driver == driver:
+            if hold.is_released:  # a set-point that the release has overtaken
+                raise Conflict(
+                    f"{driver} has released {robot}; take control with a new session", code="session-over"
+                )
             return hold
         now_s = self._wall.monotonic_s()
         if hold is not None and now_s - hold.heard_s < RELEASE_FACTOR * VALID_S and not hold.refusal:

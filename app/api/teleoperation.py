@@ -53,8 +53,8 @@ def teleoperation_router() -> APIRouter:
 
         The first set-point takes control; only one operator at a time has it. Send about five set-points a second. The
         robot still avoids obstacles. 409 says why the robot cannot be driven: declared lost, out of contact, on a
-        mission, driven by another operator, or refused by the robot. After a 409, or three seconds without a
-        set-point, control has to be taken again, with a new session.
+        mission, driven by another operator, released in this session, or refused by the robot. After a 409, a
+        release, or three seconds without a set-point, control has to be taken again, with a new session.
         """
         drive = services.teleoperation.drive(
             name, _driver(body.session), speed_m_s=body.speed_m_s, turn_rad_s=body.turn_rad_s

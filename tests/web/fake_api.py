@@ -287,6 +287,9 @@ def add_robots(app: FastAPI, service: FakeService) -> None:
         if name in service.undrivable:
             problem = {"title": "Conflict", "status": 409, "detail": service.undrivable[name]}
             return JSONResponse(problem, 409, media_type="application/problem+json")
+        if (name, body["session"]) in service.released:
+            problem = {"title": "Conflict", "status": 409, "detail": f"{name} is released"}
+            return JSONResponse(problem, 409, media_type="application/problem+json")
         service.set_points.append((name, body))
         told = {"robot": name, "driver": body["session"], "driving": len(service.set_points) > 1}
         limits = {"valid_s": 0.5, "most_m_s": 0.3, "most_rad_s": 1.0}
