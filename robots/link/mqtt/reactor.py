@@ -43,6 +43,8 @@ class Reactor:
         self._pause_s = FIRST_PAUSE_S
         self._next_attempt_s = 0.0
         self._complaint = ""
+        self._logged = ""
+        """The reason of the failure that was logged last; empty once a client is connected."""
         self.refused = False
         """True if the broker is reachable but refuses a client."""
         self._thread = threading.Thread(target=self._run, name="mqtt", daemon=True)
@@ -141,7 +143,7 @@ class Reactor:
             self._write(session)
         if session.connected:
             self._pause_s = FIRST_PAUSE_S
-            self._complaint = ""
+            self._complaint = self._logged = ""
             self.refused = False
 
     def _write(self, session: Session) -> None:
@@ -159,12 +161,13 @@ class Reactor:
             if session.client.socket() is not None or session.retired:
                 continue
             if session.refused:
-                self._note_failure(f"does not let {session.name} in: {session.refused}")
+                self._note_failure(f"does not let {session.name} in: {session.refused}", session.refused)
                 session.refused = ""
                 self.refused = True
             if session.closed_early:
                 self._note_failure(
-                    f"closed the connection before accepting {session.name}; does it need TLS or a client certificate?"
+                    f"closed the connection before accepting {session.name}; does it need TLS or a client certificate?",
+                    "closed early",
                 )
                 session.closed_early = False
             if self._wall_s() < self._next_attempt_s or self._stop:
@@ -173,11 +176,13 @@ class Reactor:
             try:
                 session.client.reconnect()
             except (OSError, ValueError) as error:
-                self._note_failure(f"cannot be reached: {error}")
+                self._note_failure(f"cannot be reached: {error}", str(error))
 
-    def _note_failure(self, why: str) -> None:
-        if why != self._complaint:
+    def _note_failure(self, why: str, reason: str) -> None:
+        """:param reason: logged once, however many sessions it keeps from connecting."""
+        if reason != self._logged:
             logger.warning("broker %s %s", self._broker, why)
+        self._logged = reason
         self._complaint = why
         self._next_attempt_s = self._wall_s() + self._pause_s
         self._pause_s = min(2 * self._pause_s, LONGEST_PAUSE_S)

@@ -2,6 +2,7 @@
 
 import logging
 import re
+import threading
 import time
 import uuid
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -111,6 +112,8 @@ class ServiceLink:
         self._announced_s = float("-inf")
         self._early: dict[str, tuple[str, Message]] = {}
         """By robot, a factsheet that came before its run was taken up, with that run."""
+        self._taking_up = threading.Lock()
+        """Held while a run is taken up or a message compared with it, so that each factsheet is received once."""
         self.packs: Mapping[str, str] = {}
         """The digests of the fleet's domain packs, as it last announced them."""
         self._session = Session(
@@ -151,10 +154,11 @@ class ServiceLink:
 
     def take_up(self, run: str) -> None:
         """Exchange the messages of this run from now on."""
-        self._taken_up = run
-        for robot in list(self._early):
-            if (early := self._early.get(robot)) is not None and early[0] == run:
-                self._inbox.put(early[1])
+        with self._taking_up:
+            self._taken_up = run
+            early = [message for its_run, message in self._early.values() if its_run == run]
+        for message in early:
+            self._inbox.put(message)
 
     @property
     def connected(self) -> bool:
@@ -262,9 +266,13 @@ class ServiceLink:
             if message.sender != robot:
                 self._inbox.reject(publication.topic, f"it is from {message.sender}")
                 return
-            if isinstance(message.body, Factsheet) and (robot in self._early or len(self._early) < MAX_EARLY):
-                self._early[robot] = publication.run, message
-            if publication.run == self._taken_up:
+            with self._taking_up:
+                if isinstance(message.body, Factsheet) and (
+                    robot in self._early or len(self._early) < MAX_EARLY
+                ):
+                    self._early[robot] = publication.run, message
+                is_of_run = publication.run == self._taken_up
+            if is_of_run:
                 self._inbox.put(message)
             elif not publication.run:
                 self._inbox.reject(publication.topic, "it has no user property `run`")
@@ -272,7 +280,8 @@ class ServiceLink:
     def _may_be_read(self, robot: str, publication: Publication) -> bool:
         """Whether a factsheet is of a size and sender that one may have; an empty one was taken back."""
         if not publication.payload:
-            self._early.pop(robot, None)
+            with self._taking_up:
+                self._early.pop(robot, None)
             return False
         if len(publication.payload) > MAX_PAYLOAD_BYTES:
             self._inbox.reject(publication.topic, f"{len(publication.payload)} bytes are too many")

@@ -164,12 +164,15 @@ class Session:
             self.refused = str(reason)
             return
         self.refused = ""
-        self.connected = True
+        if self.disconnecting:  # it was removed while it connected
+            client.disconnect()
+            return
         if self._subscriptions:
             client.subscribe(self._subscriptions)
         first = self._on_connected()
         if first is not None:
             self._queued(first)
+        self.connected = True  # last, for other threads publish and disconnect from now on
 
     def _on_disconnect(
         self,

@@ -73,8 +73,11 @@ def a_service(
 @contextmanager
 def both(broker: Broker, board: Board | None = None) -> Iterator[tuple[ServiceLink, FleetLink]]:
     """The two ends, connected, with the fleet's run taken up."""
+    board = board or Board()
     with a_service(broker, board) as service, a_fleet(broker) as fleet:
         until(lambda: service.run == RUN and fleet.connected, "fleet and service meet")
+        # A robot has subscribed to its orders before it says that it is online.
+        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE), "all robots are online")
         service.take_up(RUN)
         yield service, fleet
 

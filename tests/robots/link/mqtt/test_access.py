@@ -128,9 +128,9 @@ def test_a_service_and_a_fleet_that_are_known_by_their_names_work_together(broke
         until(lambda: service.run == RUN and fleet.connected)
         service.take_up(RUN)
         until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+        fleet.send(telemetry("fred", 2.5))  # lost if there is anything else to write
         service.send(script_request("fred"))
         fleet.send(report("ginger"))
-        fleet.send(telemetry("fred", 2.5))
         assert [message.body.kind for message in received(fleet, 1)] == ["script_request"]
         assert [message.sender for message in received(service, 1)] == ["ginger"]
         until(lambda: board.telemetry == [("fred", 2.5)])

@@ -106,9 +106,10 @@ def test_a_robot_with_a_key_signs_and_takes_only_signed_orders(
         until(lambda: robot.doubted[ROBOT] == 3)
         assert caplog.text.count("was ignored") == 1
         robot.close()
+        until(lambda: board.states[ROBOT] is ConnectionState.OFFLINE)
         robot = RobotLink(WORLD, [ROBOT], at, keys=keys, counters=counters)
         robot.start()
-        until(lambda: robot.run == "run-1" and robot.connected)
+        until(lambda: robot.run == "run-1" and board.states[ROBOT] is ConnectionState.ONLINE)
         listener.publish(recorded)
         until(lambda: robot.doubted[ROBOT] == 1)
         assert not robot.receive()
