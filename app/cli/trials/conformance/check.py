@@ -295,7 +295,9 @@ class RobotCheck:
         known = {m.id for m in self._line.messages() if m.in_reply_to is None}
         for one in known:
             self._line.confirm(one)
-        self._line.listen(self._request.quiet_s)  # what is under way meanwhile was sent before its receipt
+        # What the robot sends until it answers may be from before it has read the receipts.
+        self._ask(Performative.QUERY, StatusQuery(script_id="script-that-nobody-has"))
+        self._line.listen(self._request.quiet_s)
         before = len(self._line.heard)
         self._line.listen(self._request.quiet_s + 2.0)
         late = [m for m in self._line.messages(before) if m.id in known]
