@@ -384,7 +384,7 @@ class FakeService:
         mission |= {"state": "completed", "ended_at_s": self.time_s + 39.0}
         mission["progress"] = [self._progress("yard_1", "finished"), self._progress("store_1", "finished")]
         self.goals[mission["goal_id"]] |= {"state": "finished", "outcome": "completed"}
-        self.publish("mission.completed", mission_id)
+        self.publish("mission.completed", mission_id, goal=mission["goal_id"])
 
     def bring(self, mission_id: str, kind: str, name: str, **more: Any) -> None:
         """A packet of yard_1 has brought a result of bay_1."""
@@ -615,6 +615,7 @@ class FakeService:
         }
         mission |= {"state": "recovering", "failure": "robot", "reason": attempt["reason"]}
         mission["recovery"] |= {"step": "deciding", "attempts": [attempt]}
+        self.publish("plan.proposed", plan["id"], goal=mission["goal_id"])
         self.publish("mission.repair_proposed", mission_id)
 
     def robots(self) -> list[dict[str, Any]]:

@@ -227,7 +227,7 @@ def test_the_badge_says_when_the_page_is_not_live_and_live_again(
     expect(page.get_by_test_id("live-badge")).to_have_text("not live")
     with served(app, service, port):
         service.propose("move sample_1 to bay_1")
-        expect(page.get_by_test_id("live-badge")).to_have_text("live", timeout=15_000)
+        expect(page.get_by_test_id("live-badge")).to_have_text("live")
         expect(page.get_by_test_id("goal-item")).to_have_count(1)
     page.close()
 

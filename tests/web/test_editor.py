@@ -6,6 +6,7 @@ import pytest
 
 from tests.chromium import NEEDED
 from tests.web.fake_service import FakeService
+from tests.web.page_controls import hold_first
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -20,6 +21,19 @@ def editing(page: "Page") -> "Page":
     page.get_by_test_id("edit-world").click()
     page.get_by_label("Place of the new sample").locator("option").first.wait_for(state="attached")
     return page
+
+
+def test_an_older_objection_is_not_shown_once_its_change_is_left_out(
+    editing: "Page", service: FakeService
+) -> None:
+    held = hold_first(editing, "**/changes:check")
+    editing.get_by_label("Name of the new sample").fill("sample_9")
+    editing.get_by_label("Place of the new sample").select_option("door_1")
+    editing.get_by_test_id("edit-add").click()
+    held.wait()
+    editing.get_by_label("Leave out: add sample sample_9 at door_1").click()
+    held.hand_over()
+    assert editing.get_by_test_id("edit-problem").inner_text() == ""
 
 
 def test_a_place_is_dragged_a_sample_added_and_one_removed_together(

@@ -84,6 +84,8 @@ def cut_off(page: Page, service: FakeService) -> Page:
     service.approve("plan-1")
     service.complete("mission-1")
     service.propose("move sample_2 to bay_3")
+    expect(page.get_by_test_id("goal-item")).to_have_count(2)
+    page.get_by_test_id("goal-item").first.click()
     expect(page.get_by_test_id("plan-approve")).to_be_visible()
     page.route(LOST, lambda route: route.abort())
     return page

@@ -137,6 +137,7 @@ def test_a_long_list_is_shown_a_page_at_a_time(page: Page, service: FakeService)
 
 def asked(page: Page, _: FakeService) -> None:
     page.get_by_test_id("plan-approve").click()
+    expect(page.get_by_test_id("plan-dialog")).to_be_visible()
 
 
 def typing(page: Page, _: FakeService) -> None:
@@ -146,6 +147,7 @@ def typing(page: Page, _: FakeService) -> None:
 
 def table(page: Page, _: FakeService) -> None:
     page.get_by_test_id("plan-as-table").click()
+    expect(page.get_by_test_id("action-table")).to_be_visible()
 
 
 def mapped(page: Page, _: FakeService) -> None:

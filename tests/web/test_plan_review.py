@@ -288,6 +288,7 @@ def test_a_mission_that_would_end_sooner_planned_again_says_so(plan: Page, servi
 
 def test_the_plan_of_a_mission_that_has_ended_is_not_changed(plan: Page, service: FakeService) -> None:
     service.approve("plan-1")
+    expect(plan.get_by_test_id("mission-state")).to_have_text("running")
     expect(plan.get_by_test_id("edit")).to_be_visible()
     service.complete("mission-1")
     expect(plan.get_by_test_id("edit")).to_have_count(0)

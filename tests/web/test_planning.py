@@ -20,8 +20,9 @@ def test_an_operator_sees_how_far_the_planning_is_and_takes_the_best(
     goal = service.propose(GOAL)["id"]
     service.plan_on(goal)
     progress = page.get_by_test_id("planning")
-    expect(progress).to_contain_text(re.compile(r"No plan yet after \d s, macta"))
-    expect(progress).to_contain_text("after 4 s")  # told once, at 1.5 s: the time goes on
+    expect(progress).to_contain_text(re.compile(r"No plan yet after \d+ s, macta"))
+    # Told once, at 1.5 s: the time goes on.
+    expect(progress).to_contain_text(re.compile(r"after ([4-9]|\d\d) s"))
     service.plan_on(goal, makespan_s=140.0, lower_bound_s=100.0, elapsed_s=120.0)
     expect(progress).to_contain_text("Best plan so far: 2 min 20 s after 2 min")
     service.plan_on(goal, makespan_s=110.0, lower_bound_s=100.0, elapsed_s=121.0)

@@ -40,11 +40,7 @@ def test_the_view_comes_when_it_is_there_and_comes_back_though_another_field_has
     page.on("websocket", lambda socket: socket.on("framereceived", lambda _: talking.add(socket)))
 
     def until_talking(count: int) -> None:
-        for _ in range(200):
-            if len(talking) >= count:
-                return
-            page.wait_for_timeout(100)
-        raise AssertionError(f"{len(talking)} of {count} connections brought frames")
+        until(lambda: page.wait_for_timeout(100) or len(talking) >= count, "too few sockets bring frames")
 
     with served(app, service) as address:
         page.goto(f"{address}/?token={TOKEN}")
@@ -209,7 +205,7 @@ def test_software_rendering_is_noted_beside_the_world_and_covers_none_of_it(
     _, _, address = viewed
     page.add_init_script(f"localStorage.setItem('macta.theme', JSON.stringify('{theme}'))")
     page.goto(f"{address}/?token={TOKEN}")
-    expect(page.locator("#software-note")).to_be_visible(timeout=20_000)
+    expect(page.locator("#software-note")).to_be_visible()
     notice = page.frame_locator("#stage").locator("#webgl-software-rendering")
     expect(notice).to_have_count(1)  # else viser has renamed its notice
     expect(notice).to_be_hidden()

@@ -183,14 +183,15 @@ def south_with_its_label_on(viewer: Viewer, spot: Any) -> float:
 
 
 def test_a_robot_never_heard_of_is_not_drawn_and_the_others_keep_their_colours(
-    viewer: Viewer, browser: FakeBrowser, served_api: str, service: FakeService
+    viewer: Viewer, browser: FakeBrowser, port: int, service: FakeService
 ) -> None:
     del service.telemetry["yard_1"]
-    until(lambda: label(viewer, "robots/yard_2") == "yard_2")
-    until(lambda: node(viewer, "/robots/hull").batched_positions[0][2] < 0)
-    assert label(viewer, "robots/yard_1") is None
-    hulls = node(viewer, "/robots/hull").batched_positions
-    assert hulls[1][:2].tolist() == pytest.approx(service.world.robot("yard_2").start[:2])
+    with served(create_app(service), service, port):
+        until(lambda: label(viewer, "robots/yard_2") == "yard_2")
+        until(lambda: node(viewer, "/robots/hull").batched_positions[0][2] < 0)
+        assert label(viewer, "robots/yard_1") is None
+        hulls = node(viewer, "/robots/hull").batched_positions
+        assert hulls[1][:2].tolist() == pytest.approx(service.world.robot("yard_2").start[:2])
 
 
 def test_a_world_with_nothing_in_it_is_drawn() -> None:

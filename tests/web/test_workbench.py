@@ -6,6 +6,7 @@ import pytest
 
 from tests.waiting import until
 from tests.web.fake_service import FakeService
+from tests.web.page_controls import hold_first
 
 playwright = pytest.importorskip("playwright.sync_api")
 from playwright.sync_api import Locator, Page, expect  # noqa: E402
@@ -84,6 +85,22 @@ def test_robots_that_come_and_go_are_told_without_a_reload(page: Page, service: 
     service.publish("world.changed", "sample_store")
     expect(page.get_by_test_id("bench-changes")).to_contain_text("rover_9 is gone; 12.0 s: rover_9 has come")
     expect(bench.locator("tbody tr")).to_have_count(4)
+
+
+def test_an_older_list_of_robots_that_announced_themselves_replaces_no_newer_one(
+    page: Page, service: FakeService
+) -> None:
+    bench = opened(page, "robots")
+    expect(bench.locator("tbody tr")).to_have_count(4)
+    held = hold_first(page, "**/factsheets")
+    service.publish("robot.announced", "rover_8", world="sample_store")  # which is gone again
+    held.wait()
+    service.announce("rover_9")
+    service.publish("robot.announced", "rover_9", world="sample_store")
+    arrivals = page.get_by_test_id("bench-arrivals")
+    expect(arrivals).to_contain_text("rover_9")
+    held.hand_over()
+    assert "rover_9" in arrivals.inner_text()
 
 
 def test_keys_drive_while_the_pad_has_the_focus(page: Page, service: FakeService) -> None:

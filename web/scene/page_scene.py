@@ -118,10 +118,10 @@ class PageScene:
 
     def _place_ring(self, kind: str, position: tuple[float, float, float] | None) -> None:
         handle = self._rings[kind]
-        if handle.visible != (position is not None):
-            handle.visible = position is not None
         if position is not None:
             handle.position = position
+        if handle.visible != (position is not None):
+            handle.visible = position is not None
 
     def _move_camera(self, frame: Frame, state: PageState) -> None:
         if state.whole != self._whole_count:

@@ -11,7 +11,7 @@ import { seconds } from "./page/format.js";
 import { mountPanes } from "./page/panes.js";
 import { part } from "./page/part.js";
 import { problemBox } from "./page/problem.js";
-import { createStore } from "./page/store.js";
+import { createStore, responseOrder } from "./page/store.js";
 import { createTelemetry } from "./page/telemetry.js";
 import { mountTheme } from "./page/theme.js";
 import { mountRobots } from "./robots/list.js";
@@ -97,9 +97,13 @@ function showHealth(change, reason = "") {
   badge.title = isLive ? "Changes are shown as they happen" : reason || "The connection to the service is lost; trying again";
 }
 
+const worldsOrder = responseOrder();
+
 async function loadWorlds() {
+  const isCurrent = worldsOrder();
   /** @type {World[]} */
   const worlds = await list("/v1/worlds");
+  if (!isCurrent()) return;
   const worldTimes = Object.fromEntries(worlds.map((world) => [world.id, world.time_s]));
   const { world } = store.get();
   const isFirst = world === null;

@@ -3,6 +3,7 @@
 import { get, id, list } from "../page/api.js";
 import { badge, closest, el, replace, show } from "../page/dom.js";
 import { seconds, words } from "../page/format.js";
+import { responseOrder } from "../page/store.js";
 import { contact } from "../robots/contact.js";
 import { table, tableRow } from "./charts.js";
 
@@ -20,6 +21,8 @@ export function mount(root, store) {
   let links = new Map();
   /** What robots that no world has yet have told, by world. @type {Map<string, Factsheet[]>} */
   const announced = new Map();
+  /** @type {Map<string, ReturnType<typeof responseOrder>>} */
+  const orders = new Map();
   /** @type {string[]} */
   const changes = [];
   const search = el("input", { type: "search", placeholder: "Find by world, state, place…", "aria-label": "Find robots", "data-testid": "bench-search", oninput: () => draw(store.get()) });
@@ -78,8 +81,12 @@ export function mount(root, store) {
   /** @param {string} world */
   async function loadArrivals(world) {
     announced.set(world, announced.get(world) ?? []);
+    const order = orders.get(world) ?? responseOrder();
+    orders.set(world, order);
+    const isCurrent = order();
     /** @type {Factsheet[]} */
     const sheets = await list(`/v1/worlds/${id(world)}/factsheets`).catch(() => []);
+    if (!isCurrent()) return;
     announced.set(world, sheets.filter((one) => one.state === "announced"));
     draw(store.get());
   }

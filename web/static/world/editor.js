@@ -3,6 +3,7 @@
 import { get, id, post, send } from "../page/api.js";
 import { closest, el, quiet, replace, show, svg } from "../page/dom.js";
 import { attempt } from "../page/problem.js";
+import { responseOrder } from "../page/store.js";
 import { ruleInWords } from "./drawing.js";
 import { createRobotEditor } from "./editor_robots.js";
 
@@ -14,6 +15,7 @@ const RULES = { keep_out: "keep out", one_robot: "one robot at a time", slow: "s
 export function createEditor(drawing, world) {
   /** @type {{edits: WorldEdit[], edition: number, places: Map<string, Place>}} */
   const draft = { edits: [], edition: 0, places: new Map() };
+  const checkOrder = responseOrder();
   const box = el("div", { "data-testid": "edit-problem" });
   const listed = el("ol", { class: "edits", "data-testid": "edits" });
   const history = el("ol", { class: "edits", "data-testid": "changes" });
@@ -89,7 +91,15 @@ export function createEditor(drawing, world) {
 
   /** Says what is wrong with the changes, before they are made. */
   function check() {
-    return attempt([], box, async () => draft.edits.length && post(`${path()}/changes:check`, { edits: draft.edits }));
+    const isCurrent = checkOrder();
+    return attempt([], box, async () => {
+      try {
+        if (draft.edits.length) await post(`${path()}/changes:check`, { edits: draft.edits });
+        isCurrent(); // what was asked before says no more
+      } catch (error) {
+        if (isCurrent()) throw error;
+      }
+    });
   }
 
   /** @param {Event} event */
