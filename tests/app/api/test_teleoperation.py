@@ -73,6 +73,19 @@ def test_a_drive_goes_on_through_another_process_and_ends_there(api: TestClient,
     assert [one.ends for one in team.robots["yard_1"].set_points] == [True]
 
 
+def test_a_set_point_that_its_release_has_overtaken_is_refused(api: TestClient, team: FakeTeam) -> None:
+    heard(api, team)
+    assert drive(api).status_code == 202
+    api.post(f"{YARD}:end_teleoperation", json={"session": "ada"})
+    assert refused(drive(api, speed_m_s=0.2)) == (
+        "session-over",
+        f"{ADA} has released yard_1; take control with a new session",
+    )
+    until(lambda: "yard_1" in team.robots and any(one.ends for one in team.robots["yard_1"].set_points))
+    assert not any(one.speed_m_s for one in team.robots["yard_1"].set_points)
+    assert drive(api, "ada-again").status_code == 202
+
+
 def test_a_robot_that_is_silent_lost_or_unwilling_is_not_driven(api: TestClient, team: FakeTeam) -> None:
     assert refused(drive(api)) == ("robot-out-of-contact", "yard_1 is not in contact: offline")
     heard(api, team)
