@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import socket
 import subprocess
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -11,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from tests.ports import free_port
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,10 +57,7 @@ def own_cluster() -> Iterator[Cluster]:
     folder = Path(tempfile.mkdtemp(prefix="macta-cluster-"))
     if os.geteuid() == 0:
         shutil.chown(folder, "postgres", "postgres")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    cluster = Cluster(programs=found[-1], folder=folder, port=port)
+    cluster = Cluster(programs=found[-1], folder=folder, port=free_port())
     trust = ["--auth", "trust", "--username", "postgres", "--no-sync"]
     try:
         run([str(cluster.programs / "initdb"), "--pgdata", str(folder / "data"), *trust])

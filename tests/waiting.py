@@ -45,6 +45,15 @@ def read_until(
     return awaited(lambda: api.get(path).json(), holds, within_s)
 
 
+def mission_of(api: httpx2.Client, goal: str) -> str:
+    """The mission that carries a goal out, once there is one; it may have ended by then.
+
+    :param goal: its id.
+    """
+    mission: str = read_until(api, f"/v1/goals/{goal}", lambda one: one["mission_id"])["mission_id"]
+    return mission
+
+
 def in_state(api: httpx2.Client, path: str, *states: str, within_s: float = LONG_S) -> dict[str, Any]:
     """Read what is at `path` until it is in one of the states; that reading."""
     return read_until(api, path, lambda thing: thing["state"] in states, within_s)

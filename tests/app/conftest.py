@@ -19,7 +19,7 @@ from robots.world import WorldFile, load_world
 from tests.app.declared import declared_errors
 from tests.app.fake_robots import FakeTeam
 from tests.databases import POSTGRESQL, SQLITE, postgresql
-from tests.waiting import in_state, until
+from tests.waiting import LONG_S, in_state, until
 
 TOKEN = "a-token-for-the-tests"
 PATIENCE_S = 0.6
@@ -104,6 +104,12 @@ def service(
         yield service
     # A step that was under way may still give one back; one that is never given back is a leak.
     until(lambda: not lent, "connections of the record are never given back")
+
+
+@pytest.fixture
+def patient(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Robots may take as long to answer a question as a busy machine makes them."""
+    monkeypatch.setattr(service.questions, "_patience_s", LONG_S)
 
 
 @pytest.fixture

@@ -84,7 +84,7 @@ def test_while_another_process_compiles_it_is_waited_for_and_taken_over_if_that_
     told: list[str] = []
     second = BackgroundCompilation([group], tell=told.append)
     second.start()
-    until(lambda: second.stage is Stage.WAITING)
+    until(lambda: second.stage is Stage.WAITING and told)
     assert told == ["another process compiles the planner"]
     os.kill(processes(noted)[0], signal.SIGKILL)
     until(lambda: len(processes(noted)) >= 2)

@@ -14,7 +14,7 @@ import yaml
 
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.serving import macta_serve
-from tests.waiting import awaited, in_state
+from tests.waiting import awaited, in_state, mission_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DOOR = EXAMPLES / "foreign_door.py"
@@ -111,7 +111,7 @@ def begun(api: httpx2.Client, place: str) -> str:
     """The mission that is to take the robot to the place."""
     body = {"text": f"send fred to {place}", "auto_approve": True, "recovery": "auto"}
     goal = api.post("/v1/goals", json=body).raise_for_status().json()
-    return str(in_state(api, f"/v1/goals/{goal['id']}", "committed", "completed")["mission_id"])
+    return mission_of(api, goal["id"])
 
 
 def ended(api: httpx2.Client, mission: str) -> tuple[str, str]:

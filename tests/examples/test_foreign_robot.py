@@ -14,7 +14,7 @@ import yaml
 from robots.world import WorldFile, load_world
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.serving import macta_serve
-from tests.waiting import awaited, in_state
+from tests.waiting import awaited, in_state, mission_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "foreign_robot.py"
 STORE = load_world("sample_store")
@@ -94,7 +94,7 @@ def test_robots_of_sixty_lines_do_the_main_job_without_a_fleet(tmp_path: Path) -
         assert "invalid_messages" not in ready
         body = {"text": "move sample_1 to bay_7", "auto_approve": True}
         goal = api.post("/v1/goals", json=body).raise_for_status().json()
-        mission = in_state(api, f"/v1/goals/{goal['id']}", "committed", "completed")["mission_id"]
+        mission = mission_of(api, goal["id"])
         ended = in_state(api, f"/v1/missions/{mission}", "completed", "failed", "cancelled")
         assert ended["state"] == "completed"
         facts = api.get("/v1/worlds/annexe/facts").json()["items"]

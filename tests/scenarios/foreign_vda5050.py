@@ -156,7 +156,7 @@ def as_vehicle(
             yield process
             if process.poll() is None:
                 process.send_signal(signal.SIGTERM)
-                assert process.wait(timeout=15) == 0
+                assert process.wait(timeout=60) == 0
         finally:
             process.kill()
             process.wait()

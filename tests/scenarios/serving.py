@@ -15,7 +15,7 @@ from pathlib import Path
 import httpx2
 
 START_S = 600.0
-END_S = 15.0
+END_S = 60.0
 
 Process = subprocess.Popen[str]
 

@@ -19,7 +19,7 @@ from robots.world import load_world
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.services import AUTHORISED, over_broker
 from tests.scenarios.serving import macta_fleet
-from tests.waiting import awaited, in_state, until
+from tests.waiting import awaited, in_state, mission_of, until
 
 pytestmark = needs_mosquitto
 WORLD = "sample_store"
@@ -189,7 +189,7 @@ def test_a_robot_that_is_only_an_mqtt_client_is_admitted_and_carries_out_its_scr
 
         body = {"text": "send visitor_1 to door_2", "auto_approve": True}
         goal = api.post("/v1/goals", json=body).raise_for_status().json()
-        mission = in_state(api, f"/v1/goals/{goal['id']}", "committed", "completed")["mission_id"]
+        mission = mission_of(api, goal["id"])
         assert in_state(api, f"/v1/missions/{mission}", "completed", "failed")["state"] == "completed"
         assert visitor.done == ["NAVIGATE"]
 

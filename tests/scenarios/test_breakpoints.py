@@ -10,7 +10,7 @@ from tests.scenarios.services import AUTHORISED, over_pipe
 from tests.waiting import read_until
 
 RULES = """AGENT guard;
-BELIEF(startup) => COMMIT(SEQ(DELAY(2), adoptBelief(alarm(door))));
+BELIEF(startup) => COMMIT(SEQ(DELAY(10), adoptBelief(alarm(door))));
 BELIEF(alarm(?where)) => COMMIT(adoptBelief(gone(?where)));
 """
 ROBOT = "/v1/robots/yard_1"

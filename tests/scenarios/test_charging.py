@@ -9,7 +9,7 @@ from app.planning.pool.pool import PlanningWorker
 from robots.world import WorldFile, generate_world, store_shape
 from sim import SimulationProcess
 from tests.scenarios.services import AUTHORISED, settings
-from tests.waiting import ENDED, awaited, in_state
+from tests.waiting import ENDED, awaited, in_state, read_until
 
 CHARGED = 0.85
 """CHARGE lasts until 90 %, and then the robot stands there."""
@@ -42,4 +42,4 @@ def test_an_idle_robot_without_a_home_ends_charged(tmp_path: Path, worker: Plann
             simulation.pause(paused=False)
             mission = in_state(api, f"/v1/missions/{committed['mission_id']}", *ENDED)
             assert (mission["state"], mission["reason"]) == ("completed", "")
-            assert api.get("/v1/robots/yard_2").json()["battery"] > CHARGED
+            read_until(api, "/v1/robots/yard_2", lambda robot: robot["battery"] > CHARGED)

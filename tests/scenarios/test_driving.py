@@ -85,12 +85,18 @@ def test_a_robot_is_driven_stops_by_itself_and_is_released(
         start, _ = stands(api)
         assert drive(api, lambda: abs(stands(api)[0] - start) > 0.4, speed_m_s=0.25)["driving"]
         goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7"}).json()
+        path = f"/v1/goals/{goal['id']}"
         _, headed = stands(api)
-        drive(api, lambda: abs(stands(api)[1] - headed) > 0.2, turn_rad_s=0.5)
+        # It is planned while the robot is driven.
+        drive(
+            api,
+            lambda: bool(abs(stands(api)[1] - headed) > 0.2 and api.get(path).json()["plan_id"]),
+            turn_rad_s=0.5,
+        )
         # No word more: it stands, and is free a while after.
         comes_to_rest(api, service)
         read_until(api, YARD, lambda robot: robot["driven_by"] is None and robot["packet"] is None)
-        planned = read_until(api, f"/v1/goals/{goal['id']}", lambda goal: goal["plan_id"])
+        planned = api.get(path).json()
         assert "yard_1" not in api.get(f"/v1/plans/{planned['plan_id']}").json()["robots"]
         # The session is over: the robot says so, and the driver is told with his next set-point.
         until(lambda: api.post(f"{YARD}:teleoperate", json={"session": "ada"}).status_code == 409)

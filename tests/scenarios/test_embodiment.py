@@ -14,7 +14,7 @@ from tests.mosquitto import mosquitto, needs_mosquitto
 from tests.scenarios.killing import kill_family, process_of_the_world
 from tests.scenarios.services import AUTHORISED, over_broker
 from tests.scenarios.serving import macta_fleet, macta_serve
-from tests.waiting import in_state, read_until
+from tests.waiting import in_state, mission_of, read_until
 
 SPEED = ("--speed", "8")
 
@@ -37,7 +37,7 @@ def test_minds_move_during_a_mission_though_service_and_world_are_killed(tmp_pat
         goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()[
             "id"
         ]
-        mission = f"/v1/missions/{in_state(api, f'/v1/goals/{goal}', 'committed')['mission_id']}"
+        mission = f"/v1/missions/{mission_of(api, goal)}"
         in_state(api, mission, "running")
         robots = [one["name"] for one in api.get("/v1/robots").json()["items"] if one["mission_id"]]
         for robot in robots:
@@ -62,22 +62,22 @@ def test_minds_move_during_a_mission_though_service_and_world_are_killed(tmp_pat
 def test_a_mind_moves_over_the_broker_though_the_fleet_that_has_both_bodies_is_killed(
     tmp_path: Path, worker: PlanningWorker
 ) -> None:
-    fleet = (tmp_path / "fleet", "--speed", "8", "--world", "sample_store")
+    fleet = (tmp_path / "fleet", "--world", "sample_store")
     with (
         mosquitto(tmp_path / "broker") as broker,
         over_broker(tmp_path / "service", worker, broker.url) as service,
         TestClient(service.api, headers=AUTHORISED) as api,
     ):
-        with macta_fleet(*fleet, "--broker", broker.url) as first:
+        with macta_fleet(*fleet, "--broker", broker.url, "--speed", "1") as first:  # under way for 10 s
             goal = api.post("/v1/goals", json={"text": "send yard_1 to door_2", "auto_approve": True}).json()[
                 "id"
             ]
-            mission = f"/v1/missions/{in_state(api, f'/v1/goals/{goal}', 'committed')['mission_id']}"
+            mission = f"/v1/missions/{mission_of(api, goal)}"
             in_state(api, mission, "running")
             api.post("/v1/robots/yard_1:embody", json={"body": "avatar"}).raise_for_status()
             kill_family(first.pid)
             first.wait()
-        with macta_fleet(*fleet, "--broker", broker.url):
+        with macta_fleet(*fleet, "--broker", broker.url, "--speed", "8"):
             assert moved(api, "yard_1", "avatar")["state"] == "embodied"
             ended = in_state(api, mission, "completed", "failed")
             assert ended["state"] == "completed", ended

@@ -20,7 +20,7 @@ from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family, process_of_the_world
 from tests.scenarios.services import AUTHORISED, over_broker
 from tests.scenarios.serving import macta_fleet
-from tests.waiting import awaited, in_state, read_until
+from tests.waiting import awaited, in_state, mission_of
 
 pytestmark = needs_mosquitto
 WORLD = "sample_store"
@@ -48,8 +48,7 @@ def connections(api: TestClient) -> set[str]:
 def started(api: TestClient, text: str) -> str:
     """The path of a mission that is under way."""
     goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).json()
-    committed = read_until(api, f"/v1/goals/{goal['id']}", lambda g: g["mission_id"] is not None)
-    mission = f"/v1/missions/{committed['mission_id']}"
+    mission = f"/v1/missions/{mission_of(api, goal['id'])}"
     in_state(api, mission, "running")
     return mission
 

@@ -37,7 +37,7 @@ class Lives:
         :param world_alone: the world's process is killed first, half-way.
         """
         process = self._start()
-        began, give_up = None, time.monotonic() + GIVE_UP_S
+        began, killed, give_up = None, None, time.monotonic() + GIVE_UP_S
         assert process.stdout is not None
         is_late = False
         for line in process.stdout:
@@ -45,9 +45,9 @@ class Lives:
             began = now["time_s"] if began is None else began
             if world_alone and now["time_s"] - began >= world_s / 2:
                 os.kill(now["world"], signal.SIGKILL)
-                world_alone = False
+                killed, world_alone = now["world"], False
             is_late = time.monotonic() >= give_up
-            if is_late or now["time_s"] - began >= world_s:
+            if is_late or (now["time_s"] - began >= world_s and now["world"] != killed):
                 kill_family(process.pid)
                 break
         self._end(process)

@@ -17,7 +17,7 @@ from tests.scenarios.foreign_robot import ForeignRobot
 from tests.scenarios.services import AUTHORISED, over_broker
 from tests.scenarios.serving import macta_fleet
 from tests.scenarios.virtual_vehicle import VirtualVehicle, adapter, needs_node
-from tests.waiting import ENDED, in_state, read_until, until
+from tests.waiting import ENDED, in_state, mission_of, read_until, until
 
 pytestmark = needs_mosquitto
 FOREIGN = ("yard_1", "yard_2")
@@ -138,8 +138,7 @@ def begun(api: TestClient, text: str) -> str:
     """The mission of a goal."""
     body = {"text": text, "auto_approve": True, "recovery": "never"}
     goal = api.post("/v1/goals", json=body).raise_for_status().json()
-    found = in_state(api, f"/v1/goals/{goal['id']}", "committed", "completed")
-    return str(found["mission_id"])
+    return mission_of(api, goal["id"])
 
 
 def completed(api: TestClient, mission: str) -> dict[str, Any]:

@@ -58,7 +58,7 @@ def moved(api: httpx2.Client, kind: str) -> dict[str, Any]:
 
 def carried_out(api: httpx2.Client, text: str) -> None:
     goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).raise_for_status().json()["id"]
-    ended = read_until(api, f"/v1/goals/{goal}", lambda one: one["outcome"] is not None, within_s=75)
+    ended = read_until(api, f"/v1/goals/{goal}", lambda one: one["outcome"] is not None, within_s=200)
     assert ended["outcome"] == "completed", ended
 
 

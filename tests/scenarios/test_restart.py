@@ -8,7 +8,7 @@ import httpx2
 
 from tests.scenarios.killing import kill_family, process_of_the_world
 from tests.scenarios.serving import macta_serve
-from tests.waiting import in_state
+from tests.waiting import in_state, mission_of
 
 SPEED = ("--speed", "8")
 
@@ -16,7 +16,7 @@ SPEED = ("--speed", "8")
 def begun(api: httpx2.Client) -> tuple[str, str]:
     """A mission that runs, and its goal."""
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()["id"]
-    mission = in_state(api, f"/v1/goals/{goal}", "committed")["mission_id"]
+    mission = mission_of(api, goal)
     in_state(api, f"/v1/missions/{mission}", "running")
     return mission, goal
 
@@ -24,9 +24,9 @@ def begun(api: httpx2.Client) -> tuple[str, str]:
 def test_after_a_kill_the_world_its_missions_and_open_decisions_go_on(tmp_path: Path) -> None:
     data = tmp_path / "data"
     with macta_serve(data, *SPEED) as first, first.client() as api:
-        mission, goal = begun(api)
         undecided = api.post("/v1/goals", json={"text": "move sample_2 to bay_3"}).json()["id"]
         plan = in_state(api, f"/v1/goals/{undecided}", "planned")["plan_id"]
+        mission, goal = begun(api)
         time_s = api.get("/v1/worlds/sample_store").json()["time_s"]
         kill_family(first.process.pid)
         first.process.wait()

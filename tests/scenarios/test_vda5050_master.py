@@ -35,7 +35,7 @@ def test_a_foreign_master_drives_a_robot_of_ours(tmp_path: Path) -> None:
     world = shipped_worlds()["sample_store"]
     with (
         mosquitto(tmp_path / "broker") as broker,
-        macta_fleet(tmp_path / "fleet", "--broker", broker.url, "--speed", "8"),
+        macta_fleet(tmp_path / "fleet", "--broker", broker.url, "--speed", "2"),  # two drives are interrupted
         recorded(broker, VEHICLE) as heard,
         closing(ForeignMaster(broker, VEHICLE)) as master,
     ):

@@ -72,7 +72,7 @@ def test_a_mission_that_ends_while_its_events_are_read_is_recorded_to_its_last(
     service.board.heard("store_2", at(6.0))
     goal = api.post("/v1/goals", json={"text": "move sample_1 to bay_7", "auto_approve": True}).json()
     mission_id = follow(f"/v1/goals/{goal['id']}", "finished")["mission_id"]
-    replay = read_until(api, f"/v1/missions/{mission_id}/replay", ended, within_s=10.0)
+    replay = read_until(api, f"/v1/missions/{mission_id}/replay", ended)
     assert replay["robots"]["store_2"] == [[1.0, 6.0, 5.0, 0.0, None, None]]
 
 

@@ -38,7 +38,7 @@ def events(service: Service, type_: str) -> list[dict[str, Any]]:
     return [row.data for row in service.events.since(0) if row.type == type_]
 
 
-def test_the_trace_is_what_the_robot_tells(api: TestClient, team: FakeTeam) -> None:
+def test_the_trace_is_what_the_robot_tells(api: TestClient, team: FakeTeam, patient: None) -> None:
     team.traced = TraceReport(at_s=1.0, stretches=(STRETCH,))
     answer = api.get(TRACE, params={"seconds": 2})
     assert answer.status_code == 200

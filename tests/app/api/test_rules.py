@@ -141,7 +141,7 @@ def test_rules_need_permission_and_a_known_robot(api: TestClient) -> None:
 MIND = "/v1/robots/yard_1/mind"
 
 
-def test_a_robots_mind_is_what_the_robot_tells(api: TestClient, team: FakeTeam) -> None:
+def test_a_robots_mind_is_what_the_robot_tells(api: TestClient, team: FakeTeam, patient: None) -> None:
     mind = deliberate(team)
     put(api, {"guard": GUARD})
     until(api, lambda rules: rules["delivery"] == "acknowledged")
@@ -156,7 +156,7 @@ def test_a_robots_mind_is_what_the_robot_tells(api: TestClient, team: FakeTeam) 
     ]
 
 
-def test_a_robot_of_older_software_does_not_tell_its_mind(api: TestClient) -> None:
+def test_a_robot_of_older_software_does_not_tell_its_mind(api: TestClient, patient: None) -> None:
     answer = api.get(MIND)
     assert (answer.status_code, answer.json()["type"]) == (409, "urn:macta:problem:no-mind")
     assert answer.json()["detail"].startswith("yard_1 does not tell of its mind")

@@ -29,7 +29,7 @@ from robots.wire import (
 )
 from tests.app.missions.mission_services import WORLD
 from tests.app.missions.test_plausibility import Mission
-from tests.waiting import awaited
+from tests.waiting import LONG_S, awaited
 
 THIEF = "yard_1"
 VICTIM = "store_2"
@@ -211,6 +211,7 @@ def test_a_robot_answers_no_question_that_another_was_asked() -> None:
         assert questions.answered(answer_as(THIEF, question.id)), "it is dropped"
         with pytest.raises(Silent):
             asked.result()
+        questions = Questions(patience_s=LONG_S)
         asked = pool.submit(questions.trace, VICTIM, 1.0)
         question = awaited(lambda: questions.to_send([VICTIM]), bool)[0]
         assert questions.answered(answer_as(VICTIM, question.id))

@@ -59,9 +59,13 @@ def clearances(team: FakeTeam) -> list[str]:
 
 
 @pytest.fixture
-def waiting(mission: str, team: FakeTeam) -> str:
-    """The mission; yard_2 stands before its transport, and yard_1 has not moved: it is stuck."""
+def stuck(team: FakeTeam) -> None:
     team.faults.stuck.add("yard_1")
+
+
+@pytest.fixture
+def waiting(stuck: None, mission: str, team: FakeTeam) -> str:
+    """The mission; yard_2 stands before its transport, and yard_1 has not moved: it is stuck."""
     until(lambda: "yard_2" in team.robots and len(team.robots["yard_2"].executed) == 2)
     return mission
 

@@ -17,7 +17,7 @@ from app.settings import Settings
 from robots.world import load_world
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
-from tests.waiting import until
+from tests.waiting import read_until, until
 
 Follow = Callable[..., dict[str, Any]]
 
@@ -51,7 +51,7 @@ def test_a_mission_paused_before_its_scripts_are_sent_waits_and_then_runs(
     }  # should the scripts be quicker than the operator, nobody moves yet
     mission = f"/v1/missions/{api.post(f'/v1/plans/{plan_id}:approve').json()['mission_id']}"
     assert api.post(f"{mission}:pause").json()["state"] == "paused"
-    time.sleep(1.0)
+    read_until(api, mission, lambda now: not any(one["order"] for one in now["progress"]))
     team.faults.stuck = set()
     time.sleep(0.5)
     assert api.get(mission).json()["state"] == "paused"

@@ -18,7 +18,7 @@ from robots.world import WorldFile
 from tests.app.conftest import TOKEN
 from tests.app.fake_robots import FakeTeam
 from tests.databases import ON_BOTH, ON_POSTGRESQL
-from tests.waiting import until
+from tests.waiting import read_until, until
 
 Follow = Callable[..., dict[str, Any]]
 WORLD = "/v1/worlds/sample_store"
@@ -153,7 +153,7 @@ def test_the_recording_of_a_mission_has_the_world_as_it_became(
     mission = api.post(f"/v1/plans/{plan}:approve", json={}).json()["mission_id"]
     follow(f"/v1/missions/{mission}", "running")
     replay = f"/v1/missions/{mission}/replay"
-    until(lambda: api.get(replay).status_code == 200)
+    read_until(api, replay, lambda told: told.get("world") and told.get("samples"))
     changed(api, NEW, {"edit": "move_place", "name": "bay_12", "at": [7.5, 7.8]})
 
     def recorded() -> dict[str, Any]:
@@ -228,7 +228,7 @@ NEW_ROBOT = {"edit": "add_robot", "robot": ROBOT}
 
 
 def test_a_robot_that_is_added_is_recruited_and_one_that_is_removed_is_not(
-    api: TestClient, follow: Follow
+    api: TestClient, follow: Follow, team: FakeTeam
 ) -> None:
     changed(api, NEW_HOME, NEW_ROBOT)
     known = facts(api)
@@ -243,9 +243,11 @@ def test_a_robot_that_is_added_is_recruited_and_one_that_is_removed_is_not(
     goal = follow(stated(api, "move sample_1 to bay_7"), "planned")
     plan = api.get(f"/v1/plans/{goal['plan_id']}").json()
     assert {robot for action in plan["actions"] for robot in action["agents"]} == {"yard_3", "store_2"}
+    team.faults.stuck.add("yard_3")
     mission = api.post(f"/v1/plans/{goal['plan_id']}:approve", json={}).json()["mission_id"]
     refused = change(api, {"edit": "remove_robot", "name": "yard_3"})
     assert (refused.status_code, refused.json()["type"]) == (409, "urn:macta:problem:needed-by-mission")
+    team.faults.stuck.clear()
     assert follow(f"/v1/missions/{mission}", "completed", "failed")["state"] == "completed"
     api.post(f"{CHANGES}/2:undo").raise_for_status()
     assert "near(yard_1, home_yard_1)" in facts(api)

@@ -1,6 +1,7 @@
 """Laws of repair, on random stores, moments and mishaps: valid always, and kept what is said to be kept."""
 
 import random
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
@@ -18,7 +19,7 @@ from tests.planner.repair.carrying import check_repair, moved, with_another
 from tests.planner.store import inside
 
 BASE = load_knowledge_base()
-REQUEST = PlanningRequest(time_limit_s=3, effort_s=0)
+REQUEST = PlanningRequest(time_limit_s=3, effort_s=0, clock=time.process_time)
 Case = tuple[PlanningProblem, MissionProgress]
 
 

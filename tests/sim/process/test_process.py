@@ -14,7 +14,7 @@ from robots.wire import Message, Performative, Receipt, Telemetry
 from sim import SimulationError, SimulationProcess
 from sim.process import world_loop
 from tests.sim.rig import two_rooms
-from tests.waiting import until
+from tests.waiting import LONG_S, until
 
 REPOSITORY = Path(__file__).parents[3]
 
@@ -102,7 +102,7 @@ def test_a_paused_world_still_takes_what_the_service_sends(shared: SimulationPro
     shared.pause()
     sender = threading.Thread(target=send_many, args=(shared, 5000), daemon=True)
     sender.start()
-    sender.join(timeout=20)
+    sender.join(timeout=LONG_S)
     assert not sender.is_alive()
     shared.pause(False)
 

@@ -189,6 +189,6 @@ def test_a_goal_that_cannot_join_is_refused_with_the_reason(
     assert "times of its own" in refused(late, 422, "cannot-join")
     elsewhere = waiting(api, follow, "move sample_1 to bay_8")
     assert "sample_1" in refused(elsewhere, 409, "cannot-join")
-    now = api.get(mission).json()
-    assert (now["state"], now["recovery"]["attempts"]) == ("running", []), "what is refused changes nothing"
+    now = follow(mission, "running")
+    assert (now["recovery"]["attempts"], now["revision"]) == ([], 1), "what is refused changes nothing"
     assert goal_of(api, elsewhere)["joint_goal"] is None

@@ -1,6 +1,5 @@
 """Robots that fall silent, are declared lost, and come back: nobody waits for them, nothing they did is forgotten."""
 
-import time
 from typing import Any
 
 import pytest
@@ -158,7 +157,7 @@ def test_a_late_report_does_not_overwrite_what_is_known_since(
     script = team.robots[yard].script
     assert script is not None
     at_s = team.clock.now_s()
-    time.sleep(0.2)
+    until(lambda: team.clock.now_s() > at_s)
     said = {"facts": [{"predicate": "in", "args": ["sample_1", "door_2"]}], "comment": "I see it"}
     assert api.put(FACTS, json=said).status_code == 200
     docked = next(packet for packet in script.packets if packet.tag == "DOCK")

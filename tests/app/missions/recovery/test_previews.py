@@ -39,7 +39,7 @@ def test_a_preview_tells_when_each_goal_would_be_true_and_changes_nothing(
     start: Start, api: TestClient, follow: Follow, team: FakeTeam, service: Service
 ) -> None:
     mission, yard = under_way(start, team)
-    before = api.get(mission).json()
+    before = follow(mission, "running")
     shown = preview(api, mission)
     assert shown["reason"] == shown["unkept"] == ""
     assert yard in shown["robots"]
@@ -48,12 +48,8 @@ def test_a_preview_tells_when_each_goal_would_be_true_and_changes_nothing(
     assert 0 < achieved["in_s"] <= shown["ends_in_s"]
     assert shown["expected_in_s"] is not None
     assert any("actions kept" in line for line in shown["changes"])
-    after = api.get(mission).json()
-    assert (after["state"], after["recovery"], after["plan_id"]) == (
-        "running",
-        before["recovery"],
-        before["plan_id"],
-    )
+    after = follow(mission, "running")
+    assert (after["recovery"], after["plan_id"]) == (before["recovery"], before["plan_id"])
     told = [row.type for row in service.events.since(0)]
     assert told.count("plan.proposed") == 1
     assert "mission.replan_requested" not in told

@@ -46,7 +46,9 @@ def test_a_robot_that_fails_once_tries_the_same_again_without_a_decision(
     deeds = team.robots[yard].deeds
     assert len(deeds) == len(set(deeds)), "something that was done has been done again"
     told = [row.type for row in service.events.since(0) if row.subject == ended["id"]]
-    assert [type_ for type_ in told if type_.startswith("mission.rec") or type_ == "mission.revised"] == [
+    assert told.count("mission.recovery_begun") == told.count("mission.revised") == 1
+    told = [type_ for type_ in told if type_.startswith("mission.rec") or type_ == "mission.revised"]
+    assert list(dict.fromkeys(told)) == [  # it may be unknown for a moment, and then be recovering again
         "mission.recovering",
         "mission.recovery_begun",
         "mission.revised",

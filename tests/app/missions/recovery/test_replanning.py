@@ -133,7 +133,8 @@ def test_what_cannot_be_planned_again_is_refused_with_the_reason(
     )
     assert "no interchange" in refused(422, "no-interchange", edits=[{"action": dock, "via": "bay_1"}])
     refused(422, "malformed-request", edits=[{"action": dock}])
-    assert api.get(mission).json()["state"] == "running", "what is refused changes nothing"
+    now = follow(mission, "running")
+    assert (now["recovery"]["attempts"], now["revision"]) == ([], 1), "what is refused changes nothing"
     assert api.post(f"{mission}:pause").status_code == 202
     assert "resume it" in refused(409, "mission-paused")
     assert api.post(f"{mission}:resume").status_code == 202

@@ -206,10 +206,11 @@ def test_no_time_is_no_plan() -> None:
 def test_effort_ends_with_the_time_limit() -> None:
     """An effort without end: only the limit ends it."""
     problem = instance("mixed", 3, 0)
-    begun = time.monotonic()
-    result = honest(ENGINE.plan(problem, PlanningRequest(effort_s=1e6, time_limit_s=2.0)), problem, BASE)
+    request = PlanningRequest(effort_s=1e6, time_limit_s=2.0, clock=time.process_time)
+    begun = time.process_time()
+    result = honest(ENGINE.plan(problem, request), problem, BASE)
     assert result.status is PlanningStatus.SOLVED
-    assert result.planning_s <= time.monotonic() - begun
+    assert result.planning_s <= time.process_time() - begun
 
 
 def test_fewer_robots_where_robots_are_to_be_few() -> None:
