@@ -1,7 +1,7 @@
 """Mutants of the product's code, made by Cosmic Ray.
 
-One operator, comparison, boolean, number, loop, decorator or exception is changed in one place. Annotations, decorators
-and constants on a module's top level (limits and waiting times that are chosen, not derived) are left as they are.
+One operator, comparison, boolean, number, loop, decorator or exception is changed in one place. Annotations, decorators,
+what zip() is strict about, and constants on a module's top level (limits and waiting times that are chosen, not derived) are left as they are.
 """
 
 import ast
@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import unified_diff
+from hashlib import sha256
 from pathlib import Path
 
 from cosmic_ray.ast import ast_nodes, get_ast
@@ -73,8 +74,10 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
 
 
 def _untouched(tree: ast.Module) -> Iterator[tuple[Position, Position]]:
-    """Spans of annotations, decorators and a module's constants."""
+    """Spans of annotations, decorators, a module's constants, and of `strict=True`, which states an invariant."""
     for node in ast.walk(tree):
+        if isinstance(node, ast.keyword) and node.arg == "strict":
+            yield _span(node.value)
         if isinstance(node, ast.AnnAssign | ast.arg) and node.annotation is not None:
             yield _span(node.annotation)
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.returns is not None:
@@ -92,17 +95,22 @@ def _span(node: ast.expr | ast.stmt) -> tuple[Position, Position]:
 
 
 def sample(count: int, seed: int, packages: Sequence[str]) -> list[Mutant]:
-    """Mutants drawn place by place, so that an operator with many replacements counts no more than one with few."""
-    places: dict[tuple[Path, Position], list[Mutant]] = defaultdict(list)
+    """Mutants drawn place by place, so that an operator with many replacements counts no more than one with few.
+
+    A place is drawn by its module, the text of its line and its column: of a sample most stays the same when other code
+    changes.
+    """
+    places: dict[tuple[bytes, Path, Position], list[Mutant]] = defaultdict(list)
     for path in tracked(*(f"{package}/*.py" for package in packages)):
         if "migrations" not in path.parts:
+            lines = (ROOT / path).read_text().splitlines()
             for mutant in mutants_of(path):
-                places[path, mutant.at].append(mutant)
-    dice = random.Random(seed)
-    drawn = dice.sample(sorted(places), k=len(places))
+                line, column = mutant.at
+                lot = sha256(f"{seed} {path} {column} {lines[line - 1]}".encode()).digest()
+                places[lot, path, mutant.at].append(mutant)
     found: list[Mutant] = []
-    for place in drawn:
-        mutant = dice.choice(places[place])
+    for place in sorted(places):
+        mutant = random.Random(place[0]).choice(places[place])
         if mutant.code(ROOT) is not None:
             found.append(mutant)
         if len(found) == count:

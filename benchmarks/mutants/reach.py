@@ -35,23 +35,39 @@ class Reach:
         return len(self._seconds)
 
     def tests_for(self, mutant: Mutant) -> list[str]:
-        """Tests that execute the mutant's line, the shortest first.
+        """Tests that execute the mutant's line: first those that mirror its room, then the others, the shortest first.
 
-        A line that is executed by an import, or compiled, has those of all functions of its module.
+        A line that is executed by an import, or compiled, has those of all functions of its module; if all of these are
+        compiled, those of its room.
         """
         tests, imported = self._tests(mutant.path), _imported(mutant.path)
         lines: Iterable[int] = range(_statement(mutant.path, mutant.at[0]), mutant.at[0] + 1)
         if mutant.at[0] in imported or not any(tests.get(line) for line in lines):
             lines = tests.keys() - imported
         found = frozenset[str]().union(*(tests.get(line, ()) for line in lines))
+        if not found:
+            found = self._of_room(mutant.path)
         chosen: list[str] = []
         left_s = MOST_S
-        for test in sorted(found & self._seconds.keys(), key=lambda test: (self._seconds[test], test)):
+        room = f"tests/{mutant.path.parent}/"
+        by_nearness = sorted(
+            found & self._seconds.keys(),
+            key=lambda test: (not test.startswith(room), self._seconds[test], test),
+        )
+        for test in by_nearness:
             left_s -= self._seconds[test]
             if chosen and (left_s < 0 or len(chosen) == MOST_TESTS):
                 break
             chosen.append(test)
         return chosen
+
+    def _of_room(self, path: Path) -> frozenset[str]:
+        """The tests that mirror a module's room, or the innermost around it that has any."""
+        rooms = (f"tests/{folder}/" for folder in path.parents)
+        return next(filter(None, map(self._below, rooms)), frozenset())
+
+    def _below(self, folder: str) -> frozenset[str]:
+        return frozenset(test for test in self._seconds if test.startswith(folder))
 
     def _tests(self, path: Path) -> dict[int, frozenset[str]]:
         contexts = self._data.contexts_by_lineno(str(self._checkout / path))
