@@ -6,7 +6,7 @@ All tests but those of the page run once without a change, and which of them exe
 takes half as long again as the tests do. Each mutant is tried in a copy of the checkout with the tests that execute its
 line, at most a minute's worth of them: those of its room first, then the shortest. What longer ones would notice counts
 as survived, so the printed rate is a lower bound. A mutant that no test fails on survives and is printed with its
-change. One on which the tests do not end is killed, an endless loop say, provided that they soon end without the change.
+change. One on which the tests do not end is killed, an endless loop say, provided that they soon end without it.
 """
 
 import argparse

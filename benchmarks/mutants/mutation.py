@@ -1,7 +1,8 @@
 """Mutants of the product's code, made by Cosmic Ray.
 
-One operator, comparison, boolean, number, loop, decorator or exception is changed in one place. Annotations, decorators,
-what zip() is strict about, and constants on a module's top level (limits and waiting times that are chosen, not derived) are left as they are.
+One operator, comparison, boolean, number, loop, decorator or exception is changed in one place. Left as they are:
+annotations, decorators, `strict=True`, which states an invariant, and constants on a module's top level (limits and
+waiting times that are chosen, not derived).
 """
 
 import ast
