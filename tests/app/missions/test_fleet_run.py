@@ -13,7 +13,9 @@ from paho.mqtt.client import Client
 from paho.mqtt.enums import CallbackAPIVersion
 
 from app.composition import RunningWorld, Service
+from app.missions.fleet_run import FleetRun
 from app.planning.pool.pool import PlanningWorker
+from app.planning.waiting_goals import WaitingGoals
 from app.settings import Settings
 from app.store import WorldRow
 from robots.link.mqtt import Broker, FleetLink, ServiceLink
@@ -110,6 +112,36 @@ def test_goals_are_planned_before_the_fleet_is_there_and_its_first_run_is_taken_
     until(lambda: recorded_run(service) == "run-1")
     until(lambda: connections(api) == {"online"})
     assert api.get(f"/v1/goals/{goal['id']}").json()["state"] == "planned"
+
+
+class Announced:
+    """A fleet's end of which only its run is known."""
+
+    run: str | None = "run-9"
+    taken_up: str | None = None
+
+    def take_up(self, run: str) -> None:
+        self.taken_up = run
+
+
+def test_a_process_that_does_not_drive_the_world_takes_up_a_run_once_the_one_that_does_has_recorded_it(
+    service: Service, world_file: WorldFile
+) -> None:
+    fleet = Announced()
+    run = FleetRun(
+        service.core,
+        {world_file.name: world_file},
+        world_file.name,
+        fleet,
+        waiting=WaitingGoals(service.core, clocks=service.clocks),
+        holds_lease=lambda: False,
+    )
+    run.follow()
+    assert fleet.taken_up is None
+    with service.database.write() as session:
+        session.get_one(WorldRow, world_file.name).run = "run-9"
+    run.follow()
+    assert fleet.taken_up == "run-9"
 
 
 def test_a_fleet_that_comes_back_with_the_run_that_is_known_finds_the_facts_as_they_were(

@@ -585,6 +585,16 @@ def test_a_failure_that_cannot_be_read_leaves_unknown_how_far_the_other_came(how
     assert field.told == [DelegationState.AWARDED, DelegationState.FAILED]
 
 
+def test_who_says_that_it_has_the_sample_is_followed_by_nobody_though_it_says_how_far_it_came() -> None:
+    field = Field("fred", "ginger", "basil", alone=["ginger", "basil"])
+    field.world.bodies["fred"].jammed = True
+    failure = "failed(leg_1, jammed, ended(0), held(sample_1))"
+    field.garble = said_by("ginger", Performative.FAILURE, failure)
+    field.order(mission("ginger", "basil"))
+    assert field.until(200.0)
+    assert field.told == [DelegationState.AWARDED, DelegationState.FAILED]
+
+
 def test_a_leg_that_is_too_long_for_a_call_stays_with_its_robot() -> None:
     field = jammed("fred", "ginger")
     one = mission("ginger")
