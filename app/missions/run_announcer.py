@@ -34,7 +34,7 @@ class RunAnnouncer:
         *,
         clock: Clock,
         holds_lease: Callable[[], bool] = lambda: True,
-        start_new: bool = False,
+        start_new: bool,
         wall: WallClock = SYSTEM_CLOCK,
     ) -> None:
         """

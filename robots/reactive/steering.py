@@ -77,7 +77,7 @@ class Course(Stimulus, needs=SURROUNDINGS):
 class Distance(Stimulus, needs=LOCATING):
     """How much farther than `keep_m` something is, negative: nearer; 1 at `full_m`. None if no distance is to be kept.
 
-    Off to the side it shrinks with the bearing's cosine, so that the robot turns first.
+    Off to the side it shrinks with the square of the bearing's cosine, so that the robot turns first.
     """
 
     target: str

@@ -77,6 +77,13 @@ def test_a_robot_with_an_empty_gripper_at_a_place_can_drive_off_from_near_it() -
     ]
 
 
+def test_of_two_places_that_a_robot_says_it_stands_at_the_last_counts() -> None:
+    facts = after(STORE.facts, EMPTY, "near(yard_1, door_1)", "at(yard_1, door_2)")
+    assert [f.args for f in facts if f.predicate == "robot_position" and f.args[0] == "yard_1"] == [
+        ("yard_1", "near", "door_2")
+    ]
+
+
 def test_percepts_outside_the_vocabulary_are_left_out_and_noted() -> None:
     change = reconcile_report(STORE.facts, "yard_1", [said("under(sample_1, bay_1)")], STORE.base)
     assert "under(sample_1, bay_1)" in change.notes[0]

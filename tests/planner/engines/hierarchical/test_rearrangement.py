@@ -52,7 +52,10 @@ def test_each_move_takes_up_rooms_that_are_free_by_then(family: str, samples: in
     found = rearranged(problem)
     assert found is not None
     state = set(problem.facts)
+    begun: set[int] = set()
     for move in found.moves:
+        assert move.task in begun or move.first == 0, "a task begins with its first action"
+        begun.add(move.task)
         for action in move.actions[move.first : move.last]:
             needed = {
                 fact for fact in action.preconditions if fact.predicate in ("vacant", "object_position")

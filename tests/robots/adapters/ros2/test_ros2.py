@@ -14,6 +14,7 @@ from robots.adapters.command_line import main
 from robots.adapters.ros2.command import run
 from robots.adapters.ros2.driver import Ros2Driver
 from robots.adapters.ros2.frames import PlanePose, heading_of, turned, turned_back
+from robots.adapters.ros2.goal_messages import facts_of
 from robots.adapters.ros2.parameters import ParameterError, PoseFrame, Ros2Parameters, read_parameters
 from robots.adapters.ros2.ros import RosError, load_ros
 from robots.clock import ManualClock
@@ -381,6 +382,11 @@ def test_the_fakes_own_action_is_that_of_the_example() -> None:
 
 
 METRES = st.floats(-100, 100)
+
+
+def test_facts_are_read_from_text_and_what_is_no_fact_is_left_out() -> None:
+    said = [" in(sample_1, bay_7) ", "gripper", "(sample_1)", "in(sample_1", "bay_7)"]
+    assert [str(fact) for fact in facts_of(said)] == ["in(sample_1, bay_7)"]
 
 
 @given(METRES, METRES, st.floats(-3, 3), METRES, METRES, st.floats(-3, 3))

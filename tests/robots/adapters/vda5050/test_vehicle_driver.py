@@ -12,6 +12,7 @@ from robots.adapters.vda5050.messages import (
     VehicleError,
 )
 from robots.adapters.vda5050.settings import Settings
+from robots.adapters.vda5050.vehicle_driver import LOST_S
 from robots.wire import FaultLevel, RobotFault
 from tests.robots.adapters.vda5050.driven import ERRAND, SETTINGS, Driven, packet
 
@@ -319,6 +320,10 @@ def test_a_vehicle_that_has_lost_its_order_while_driving_gets_a_new_one() -> Non
     driven.begin(ERRAND, 0)
     driven.step(2.0)
     driven.vehicle.forget_orders()
+    driven.step(LOST_S - 0.5)
+    assert len({order.order_id for order in driven.orders}) == 1, (
+        "its state may have been on its way for long"
+    )
     assert driven.until_ended().state is ProgressState.FINISHED
     assert len({order.order_id for order in driven.orders}) == 2
 
