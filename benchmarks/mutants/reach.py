@@ -11,7 +11,7 @@ from coverage import Coverage, CoverageData
 from benchmarks.mutants.mutation import ROOT, Mutant
 from benchmarks.mutants.recording import LINES, TESTS
 
-MOST_S = 60.0
+MOST_S = 120.0
 """Of the tests that a mutant is tried with, by the time that they took when they were recorded."""
 MOST_TESTS = 400
 
