@@ -1,5 +1,6 @@
 """The certainty grid: hits fill it, free beams clear it, it goes with the robot."""
 
+from cmath import rect
 from dataclasses import replace
 from math import pi
 
@@ -50,3 +51,18 @@ def test_another_robot_is_as_wide_as_it_reaches() -> None:
     around.update(percepts(sees("other", 1.0)))
     assert list(around.points) == [pytest.approx(1.0)]
     assert list(around.radii_m) == [GRIPPER_REACH_M]
+
+
+@pytest.mark.parametrize("heading_rad", [0.0, pi / 2, pi, -pi / 2])
+def test_what_is_left_behind_does_not_come_in_again_ahead(heading_rad: float) -> None:
+    around, ahead = Surroundings(), rect(1.0, heading_rad)
+    for _ in range(4):
+        around.update(
+            replace(percepts(whiskers={0: 0.8}), odometry=Pose(x_m=0.0, y_m=0.0, heading_rad=heading_rad))
+        )
+    assert (around.points.real > 0.9).any()
+    blind = percepts(whiskers=dict.fromkeys(range(16), 0.0))
+    for steps in range(8):  # half a metre farther it would be where it was, seen from there
+        there = steps * 0.5 * ahead
+        around.update(replace(blind, odometry=Pose(x_m=there.real, y_m=there.imag, heading_rad=heading_rad)))
+    assert not (around.points.real > 0.9).any()
