@@ -257,6 +257,16 @@ def test_an_idle_robot_does_the_leg_and_the_script_goes_on_after_it() -> None:
     assert field.performatives("ginger") == [Performative.PROPOSE, Performative.INFORM]
 
 
+def test_where_the_other_stands_is_read_among_whatever_else_it_tells() -> None:
+    field = jammed("fred", "ginger")
+    field.garble = said_by(
+        "ginger", Performative.INFORM, "done(leg_1, by(ginger), near(home_ginger), took(40))"
+    )
+    field.order(mission("ginger"))
+    assert field.until(300.0)
+    assert field.delegations[-1].stands == "home_ginger"
+
+
 def test_a_script_whose_leg_another_robot_does_is_paused_and_resumed() -> None:
     field = jammed("fred", "ginger")
     field.order(mission("ginger"))
