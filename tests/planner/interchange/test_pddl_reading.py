@@ -122,6 +122,7 @@ def test_inequalities_complements_and_actions_without_parameters_are_kept() -> N
         ("(over all (not (broken ?x)))", "(at start (exists (?c - parcel) (on ?c ?x)))", "QUANTIFIERS_REMOVING"),
         ("(at end (on ?c ?x))", "(at end (when (broken ?x) (on ?c ?x)))", "CONDITIONAL_EFFECTS_REMOVING"),
         ("(at end (on ?c ?x))", "(at end (increase (speed ?x) 1))", "action load: numeric assignments"),
+        ("(at end (on ?c ?x))", "(at end (assign (speed ?x) 1))", "action load: numeric assignments"),
         ("(at end (on ?c ?x))", "(at start (broken ?x)) (at end (not (broken ?x)))", "holds only while it runs"),
     ],
 )  # fmt: skip

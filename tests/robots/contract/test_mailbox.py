@@ -151,15 +151,14 @@ def test_once_the_service_is_heard_all_that_is_overdue_is_sent_again_a_few_a_tic
         box.resend(float(second))
         tries += [(second, at_s) for at_s in _said(ours)]
     assert tries == [(when, 0) for when in (2, 6, 14, 22, 30, 38, 46, 54)]
-    ours.send(
-        Message(
-            performative=Performative.QUERY,
-            sender="service",
-            receiver="fred",
-            sent_at_s=60.0,
-            body=StatusQuery(script_id="s"),
-        )
+    query = Message(
+        performative=Performative.QUERY,
+        sender="service",
+        receiver="fred",
+        sent_at_s=60.0,
+        body=StatusQuery(script_id="s"),
     )
+    ours.send(query)
     box.collect(60.0)
     box.resend(60.0)
     assert _said(ours) == list(range(RESENT_A_TICK))
@@ -167,6 +166,12 @@ def test_once_the_service_is_heard_all_that_is_overdue_is_sent_again_a_few_a_tic
     assert _said(ours) == list(range(RESENT_A_TICK, RESENT_A_TICK + 5))
     box.resend(60.1)
     assert _said(ours) == []
+    ours.send(query.model_copy(update={"id": "query-2"}))
+    box.collect(61.0)
+    box.resend(61.0)
+    assert _said(ours) == [], "their receipts may be on their way"
+    box.resend(62.5)
+    assert _said(ours) == list(range(RESENT_A_TICK))
 
 
 def test_a_far_robot_gives_a_receipt_the_time_it_takes() -> None:

@@ -88,6 +88,16 @@ def test_a_pillar_becomes_a_rock_and_a_speck_of_one_cell_is_dropped(tmp_path: Pa
     assert 0.1 < rock.radius_m < 0.15
 
 
+def test_what_is_round_but_too_large_for_a_rock_gets_walls(tmp_path: Path) -> None:
+    cells = two_rooms()
+    row, column = np.mgrid[: cells.shape[0], : cells.shape[1]]
+    cells[np.hypot(row - 60, column - 150) < 16] = OCCUPIED  # 1.6 m across
+    world = imported(write_map(tmp_path, cells))
+    assert len(world.obstacles) == 1, "the pillar"
+    assert len(world.walls) > 6
+    assert least_clearance_m(world, (6.45, 1.0), (8.5, 1.0)) < 0
+
+
 def rotated(cells: np.ndarray, angle_rad: float) -> np.ndarray:
     """The cells of a map whose rooms stand at an angle to it."""
     rows, columns = cells.shape

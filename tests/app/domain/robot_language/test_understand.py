@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.goal_language.clarification import Clarification
-from app.domain.robot_language.references import WHICH_ONE
+from app.domain.robot_language.references import WHICH_ONE, chosen
 from app.domain.robot_language.surroundings import Surroundings, surroundings_of
 from app.domain.robot_language.understand import (
     Ordered,
@@ -222,3 +222,16 @@ def test_packets_are_not_stated_as_content_past_their_approval(text: str) -> Non
 def test_a_place_that_no_robot_enters_is_refused() -> None:
     refused = asked("go to door_1", replace(around(), kept_out={"door_1": "spill"}))
     assert refused.detail == "door_1 lies in spill, which no robot enters"
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("the first one", "sample_1"),
+        ("the second one", "sample_2"),
+        ("the last one", "sample_3"),
+        ("the fourth one", None),
+    ],
+)
+def test_of_several_one_is_chosen_by_its_number(said: str, meant: str | None) -> None:
+    assert chosen(said, ("sample_1", "sample_2", "sample_3"), around("store_1")) == meant
