@@ -65,9 +65,9 @@ class Enrolled:
     """A robot with rights at the broker. `world`: the only one that it is let into; "+" for all."""
 
     name: str
-    world: str = ANY_WORLD
-    has_password: bool = True
-    signs: bool = False
+    world: str
+    has_password: bool
+    signs: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

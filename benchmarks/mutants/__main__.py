@@ -4,9 +4,9 @@
 
 All tests but those of the page run once without a change, and which of them execute which lines is recorded, which
 takes half as long again as the tests do. Each mutant is tried in a copy of the checkout with the tests that execute its
-line, at most two minutes' worth of them: those of its room first, then the shortest. What longer ones would notice counts
-as survived, so the printed rate is a lower bound. A mutant that no test fails on survives and is printed with its
-change. One on which the tests do not end is killed, an endless loop say, provided that they soon end without it.
+line, at most two minutes' worth of them: those of its room first, then the shortest. What longer ones would notice
+counts as survived, so the printed rate is a lower bound. A mutant that no test fails on survives and is printed with
+its change. One on which the tests do not end is killed, an endless loop say, provided that they soon end without it.
 """
 
 import argparse
