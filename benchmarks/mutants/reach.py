@@ -50,10 +50,7 @@ class Reach:
         chosen: list[str] = []
         left_s = MOST_S
         room = f"tests/{mutant.path.parent}/"
-        by_nearness = sorted(
-            found & self._seconds.keys(),
-            key=lambda test: (not test.startswith(room), self._seconds[test], test),
-        )
+        by_nearness = sorted(found, key=lambda test: (not test.startswith(room), self._seconds[test], test))
         for test in by_nearness:
             left_s -= self._seconds[test]
             if chosen and (left_s < 0 or len(chosen) == MOST_TESTS):
@@ -70,8 +67,9 @@ class Reach:
         return frozenset(test for test in self._seconds if test.startswith(folder))
 
     def _tests(self, path: Path) -> dict[int, frozenset[str]]:
+        """By line, the tests that passed and execute it."""
         contexts = self._data.contexts_by_lineno(str(self._checkout / path))
-        return {line: frozenset(tests) for line, tests in contexts.items()}
+        return {line: frozenset(self._seconds.keys() & tests) for line, tests in contexts.items()}
 
 
 @cache
