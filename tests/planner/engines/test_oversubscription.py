@@ -136,6 +136,13 @@ def test_of_many_goals_a_good_subset_is_chosen() -> None:
     assert result.value_bound == sum(worth), "nothing better is proven"
 
 
+def test_a_goal_that_was_taken_is_given_up_for_one_that_is_worth_more() -> None:
+    """Of many goals, job_0 is taken first: by the second, it is worth more."""
+    engine = OversubscriptionEngine(HierarchicalEngine(BASE), BASE, exact_up_to=0)
+    result = engine.plan(problem([2, 9], [3.0, 8.0], deadline_s=10.0), QUICK)
+    assert (result.value, [one.goal for one in result.left_out]) == (8.0, [done(0)])
+
+
 def test_what_must_be_achieved_is_worth_more_than_anything() -> None:
     result = planned(problem([10, 10], [None, 1000.0], deadline_s=15.0))
     assert result.plan_net is not None
