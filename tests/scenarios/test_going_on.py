@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from app.cli.trials.checks import RecordedReports, executed_twice
 from tests.scenarios.judge import snapshot_truth
 from tests.scenarios.killing import kill_family
@@ -69,6 +71,7 @@ class Lives:
         self.complaints += complaints
 
 
+@pytest.mark.timeout(900)
 def test_a_mission_survives_kills_at_any_instant(tmp_path: Path) -> None:
     rng, lives, data = random.Random(7), Lives(tmp_path), tmp_path / "data"
     for life in range(KILLS):
