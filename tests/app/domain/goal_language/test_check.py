@@ -44,6 +44,11 @@ def test_nothing_stands_against_goals_that_can_be_achieved(goals: list[str]) -> 
     assert issues(*goals) == ()
 
 
+def test_a_sample_is_offered_places_that_hold_one_and_a_robot_all() -> None:
+    assert "home_yard_1" not in only("in(sample_1, home_77)").choices
+    assert "home_yard_1" in only("near(yard_1, home_77)").choices
+
+
 def test_the_samples_and_places_of_a_good_goal_may_be_swapped() -> None:
     assert issues("in(sample_1, bay_2)", "in(sample_2, door_1)") == ()
 

@@ -125,6 +125,11 @@ def test_what_is_kept_is_completed(text: str, sentence: str) -> None:
     assert sentence in completions(text, asked(text), STORE.world, STORE.facts)
 
 
+def test_a_sample_is_offered_places_that_hold_one_and_a_robot_all() -> None:
+    assert "home_yard_1" not in asked("keep sample_1 in bay_77 for an hour").choices
+    assert "home_yard_1" in asked("keep yard_1 at home_77 for an hour").choices
+
+
 def test_without_an_end_it_is_a_constraint_of_the_goal() -> None:
     understood = read("keep sample_2 in bay_2 and move sample_1 to bay_7")
     assert understood.holds == ()

@@ -31,6 +31,8 @@ from robots.wire import Performative
             "I am at (1, 2.5), near bay_1, heading 180°",
         ),
         ("inform", "position(x(1))", "position(x(1))"),
+        ("inform", "position(x(1), y(2))", "position(x(1), y(2))"),
+        ("inform", "position(x(1), heading(0))", "position(x(1), heading(0))"),
         ("inform", "held", "held"),
         ("inform", "sees", "sees"),
         ("inform", "activity(DOCK)", "activity(DOCK)"),
