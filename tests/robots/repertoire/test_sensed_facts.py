@@ -81,3 +81,9 @@ def test_what_is_wrong_is_named_with_line_slot_and_choices(right: str, wrong: st
     assert [word for word in (*words, "facts.yaml") if word not in str(refused.value)] == [], str(
         refused.value
     )
+
+
+def test_a_fact_is_perceived_by_all_that_its_condition_reads_and_whatever_else_there_is() -> None:
+    repertoire = load_repertoire([("facts", FACTS), ("wait", WAIT)])
+    assert {"lit", "seen"} <= repertoire.senses(quantities={"light_lx", "dose_msv"})
+    assert repertoire.senses(quantities={"dose_msv"}) & {"lit", "seen"} == {"seen"}

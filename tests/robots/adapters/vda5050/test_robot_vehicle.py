@@ -507,6 +507,15 @@ def test_an_order_that_cannot_be_taken_is_rejected_by_the_standards_error(
     assert not mastered.robot.done
 
 
+def test_an_order_whose_first_node_has_no_position_begins_wherever_the_robot_stands() -> None:
+    mastered = Mastered()
+    mastered.step(1.0, masters=False)
+    mastered.order(_node(0, "anywhere"), _node(2, "bay"))
+    mastered.step(10.0, masters=False)
+    assert mastered.state.errors == ()
+    assert len(mastered.robot.done) == 1
+
+
 def test_a_repeated_order_is_ignored_and_another_is_refused_while_it_lasts() -> None:
     mastered = Mastered()
     mastered.step(1.0, masters=False)
