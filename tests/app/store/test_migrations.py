@@ -9,7 +9,7 @@ from alembic import command
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import JSON, inspect, text
+from sqlalchemy import JSON, Connection, UniqueConstraint, inspect, text
 
 from app.domain.errors import Invalid
 from app.store import Base, Database
@@ -41,9 +41,25 @@ def test_the_tables_are_those_that_the_code_declares(
     with record.engine.connect() as connection:
         context = MigrationContext.configure(connection)
         assert compare_metadata(context, Base.metadata) == []
+        assert _unique(connection) == {  # which it does not compare where they have no name
+            (name, tuple(sorted(column.name for column in one.columns)))
+            for name, table in Base.metadata.tables.items()
+            for one in table.constraints
+            if isinstance(one, UniqueConstraint)
+        }
         newest = ScriptDirectory.from_config(migration_config(connection)).get_current_head()
         assert context.get_current_revision() == newest == newest_migration()
     record.close()
+
+
+def _unique(connection: Connection) -> set[tuple[str, tuple[str, ...]]]:
+    """Tables of the database and their columns that are unique together."""
+    found = inspect(connection)
+    return {
+        (name, tuple(sorted(one["column_names"])))
+        for name in Base.metadata.tables
+        for one in found.get_unique_constraints(name)
+    }
 
 
 def test_a_record_of_the_first_version_keeps_its_rows(database_url: str) -> None:
