@@ -24,17 +24,19 @@ world seconds."""
 class _Hold:
     """A driver's control of a robot.
 
-    :param heard_s: when the driver was last heard, monotonic.
+    :param heard_s: when the driver was last heard, monotonic; -inf once the driver has given it back.
     :param unsent: the set-point to be sent next.
     :param refusal: the reason that the robot gave for refusing the driver.
-    :param is_released: the driver has given it back.
     """
 
     driver: str
     heard_s: float
     unsent: SetPoint | None = None
     refusal: str = ""
-    is_released: bool = False
+
+    @property
+    def is_released(self) -> bool:
+        return self.heard_s == float("-inf")
 
     def set(
         self,
@@ -117,7 +119,7 @@ class Teleoperation:
             hold = self._holds.get(robot)
             here = hold is not None and hold.driver == driver
             if here or self._drives(report, driver):
-                self._holds[robot] = hold = _Hold(driver=driver, heard_s=float("-inf"), is_released=True)
+                self._holds[robot] = hold = _Hold(driver=driver, heard_s=float("-inf"))
                 hold.set(number=self._next_number(), valid_s=valid_s, ends=True)
                 self._released[robot] = driver
         return self._drive(report, driver, valid_s)

@@ -33,6 +33,7 @@ from robots.wire import (
 
 STRANGE_TAG = "NO_SUCH_PACKET_EVER"
 OTHERS_ACTION = "action-of-another"
+NOBODYS = "script-that-nobody-has"
 CUT_FACTOR = 1.5
 """The robot is cut off for so many times as long as its packet took before (our choice)."""
 
@@ -167,13 +168,13 @@ class RobotCheck:
         return answer.body if answer is not None and isinstance(answer.body, StatusReport) else None
 
     def _try_queries(self) -> None:
-        unknown = self._status("script-that-nobody-has")
+        unknown = self._status(NOBODYS)
         is_right = unknown is not None and unknown.state is None
         words = (
             "no status report came" if unknown is None else f"of an unknown script it says {unknown.state}"
         )
         if self._note(Rule.STATUS, is_right, words):
-            extra = self._status("script-that-nobody-has", of_tomorrow={"level": [1, 2]})
+            extra = self._status(NOBODYS, of_tomorrow={"level": [1, 2]})
             self._note(Rule.UNKNOWN_FIELDS, extra is not None, "a query with a field more is not answered")
             stray = StatusQuery(script_id="script-of-another-run")
             asked = self._ask(Performative.QUERY, stray, within_s=self._request.quiet_s, run=ANOTHER_RUN)
@@ -296,7 +297,7 @@ class RobotCheck:
         for one in known:
             self._line.confirm(one)
         # What the robot sends until it answers may be from before it has read the receipts.
-        self._ask(Performative.QUERY, StatusQuery(script_id="script-that-nobody-has"))
+        self._status(NOBODYS)
         self._line.listen(self._request.quiet_s)
         before = len(self._line.heard)
         self._line.listen(self._request.quiet_s + 2.0)
