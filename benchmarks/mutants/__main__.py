@@ -13,6 +13,7 @@ import argparse
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import SimpleQueue
@@ -54,28 +55,22 @@ def main() -> None:
         if not reach.tests:
             sys.exit("no test passes without a mutant; see `pytest`")
         print(f"{reach.tests} tests pass without a mutant", flush=True)
+        chosen = [reach.tests_for(mutant) for mutant in mutants]
 
-        def tried(mutant: Mutant) -> tuple[Mutant, int, bool, str]:
+        def tried(mutant: Mutant, tests: Sequence[str]) -> tuple[bool, str]:
             checkout = checkouts.get()
-            tests = reach.tests_for(mutant)
             try:
-                return (
-                    mutant,
-                    len(tests),
-                    bool(tests) and is_killed(mutant, tests, checkout),
-                    mutant.difference(checkout),
-                )
+                return bool(tests) and is_killed(mutant, tests, checkout), mutant.difference(checkout)
             finally:
                 checkouts.put(checkout)
 
         with ThreadPoolExecutor(given.jobs) as pool:
-            for count, (mutant, tests, killed, difference) in enumerate(
-                pool.map(tried, mutants), given.first
-            ):
+            found = zip(mutants, chosen, pool.map(tried, mutants, chosen), strict=True)
+            for count, (mutant, tests, (killed, difference)) in enumerate(found, given.first):
                 print(f"{count:4} {'killed  ' if killed else 'SURVIVED'} {mutant}", flush=True)
                 if not killed:
                     survivors.append(mutant)
-                    print(f"    {tests} tests execute it\n{difference}", flush=True)
+                    print(f"    {len(tests)} tests execute it\n{difference}", flush=True)
     rate = 1 - len(survivors) / len(mutants)
     print(
         f"\n{len(mutants) - len(survivors)} of {len(mutants)} mutants killed: {rate:.0%} (seed {given.seed})"

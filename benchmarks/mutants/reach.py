@@ -8,19 +8,20 @@ from pathlib import Path
 
 from coverage import Coverage, CoverageData
 
-from benchmarks.mutants.mutation import ROOT, Mutant
+from benchmarks.mutants.mutation import Mutant
 from benchmarks.mutants.recording import LINES, TESTS
 
 MOST_S = 120.0
 """Of the tests that a mutant is tried with, by the time that they took when they were recorded."""
 MOST_TESTS = 400
+"""That a mutant is tried with."""
 
 
 class Reach:
     """What `benchmarks.mutants.recording` has written."""
 
     def __init__(self, folder: Path, checkout: Path) -> None:
-        """:param checkout: where the tests ran."""
+        """:param checkout: where the tests ran; its modules are read as they were then."""
         self._checkout = checkout
         self._seconds: dict[str, float] = {}
         for file in (folder / TESTS).iterdir():
@@ -40,8 +41,9 @@ class Reach:
         A line that is executed by an import, or compiled, has those of all functions of its module; if all of these are
         compiled, those of its room.
         """
-        tests, imported = self._tests(mutant.path), _imported(mutant.path)
-        lines: Iterable[int] = range(_statement(mutant.path, mutant.at[0]), mutant.at[0] + 1)
+        source = self._checkout / mutant.path
+        tests, imported = self._tests(source), _imported(source)
+        lines: Iterable[int] = range(_statement(source, mutant.at[0]), mutant.at[0] + 1)
         if mutant.at[0] in imported or not any(tests.get(line) for line in lines):
             lines = tests.keys() - imported
         found = frozenset[str]().union(*(tests.get(line, ()) for line in lines))
@@ -66,15 +68,15 @@ class Reach:
     def _below(self, folder: str) -> frozenset[str]:
         return frozenset(test for test in self._seconds if test.startswith(folder))
 
-    def _tests(self, path: Path) -> dict[int, frozenset[str]]:
+    def _tests(self, source: Path) -> dict[int, frozenset[str]]:
         """By line, the tests that passed and execute it."""
-        contexts = self._data.contexts_by_lineno(str(self._checkout / path))
+        contexts = self._data.contexts_by_lineno(str(source))
         return {line: frozenset(self._seconds.keys() & tests) for line, tests in contexts.items()}
 
 
 @cache
-def _tree(path: Path) -> ast.Module:
-    return ast.parse((ROOT / path).read_text())
+def _tree(source: Path) -> ast.Module:
+    return ast.parse(source.read_text())
 
 
 def _lines(first: ast.stmt | ast.expr, last: ast.stmt | ast.expr) -> range:
@@ -82,10 +84,10 @@ def _lines(first: ast.stmt | ast.expr, last: ast.stmt | ast.expr) -> range:
 
 
 @cache
-def _imported(path: Path) -> frozenset[int]:
+def _imported(source: Path) -> frozenset[int]:
     """The lines of a module outside of its functions' bodies."""
-    imported = {line for statement in _tree(path).body for line in _lines(statement, statement)}
-    for node in ast.walk(_tree(path)):
+    imported = {line for statement in _tree(source).body for line in _lines(statement, statement)}
+    for node in ast.walk(_tree(source)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             imported.difference_update(_lines(node.body[0], node))
         elif isinstance(node, ast.Lambda):
@@ -93,7 +95,7 @@ def _imported(path: Path) -> frozenset[int]:
     return frozenset(imported)
 
 
-def _statement(path: Path, line: int) -> int:
+def _statement(source: Path, line: int) -> int:
     """The line on which the innermost statement around a line begins."""
-    statements = (node for node in ast.walk(_tree(path)) if isinstance(node, ast.stmt))
+    statements = (node for node in ast.walk(_tree(source)) if isinstance(node, ast.stmt))
     return max((one.lineno for one in statements if line in _lines(one, one)), default=line)

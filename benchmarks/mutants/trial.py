@@ -8,14 +8,11 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from py_compile import PycInvalidationMode
-from typing import IO
 
 from benchmarks.mutants.mutation import PACKAGES, ROOT, Mutant
 from benchmarks.mutants.reach import MOST_S
 from benchmarks.mutants.recording import FOLDER, MODULES, TESTS
 
-PRINTED = "printed"
-"""The file of what pytest prints while it records."""
 LIMIT_S = 5 * MOST_S
 """Longest run of a mutant's tests."""
 SOON_S = LIMIT_S / 2
@@ -62,17 +59,16 @@ def _fails(tests: Sequence[str], checkout: Path, limit_s: float = LIMIT_S) -> bo
 def record(folder: Path, checkout: Path, modules: Sequence[Path]) -> None:
     """Run the tests once without a change and record which of them execute which lines of these modules.
 
-    Those of the page are left out: they test JavaScript.
+    Those of the page are left out: they test JavaScript. What pytest prints is shown.
     """
     (folder / TESTS).mkdir(parents=True)
     (folder / MODULES).write_text("\n".join(str(checkout / module) for module in modules))
     options = ("-p", "benchmarks.mutants.recording", "-m", "not browser", "--ignore", "tests/web")
-    with (folder / PRINTED).open("w") as printed:
-        _pytest(checkout, *options, stdout=printed, **{FOLDER: str(folder)}).wait()
+    _pytest(checkout, *options, stdout=None, **{FOLDER: str(folder)}).wait()
 
 
 def _pytest(
-    checkout: Path, *options: str, stdout: int | IO[str] = subprocess.DEVNULL, **variables: str
+    checkout: Path, *options: str, stdout: int | None = subprocess.DEVNULL, **variables: str
 ) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
         [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options],
