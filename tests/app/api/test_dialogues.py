@@ -13,7 +13,7 @@ from app.store import DialogueRow
 from robots.wire import Performative
 from tests.app.fake_robots import FakeRobot, FakeTeam
 from tests.databases import ON_POSTGRESQL
-from tests.waiting import in_state, read_until, until
+from tests.waiting import in_state, mission_of, read_until, until
 
 WORDS = "/v1/robots/yard_2/dialogues"
 AGREED = (Performative.AGREE, "agreed(x)")
@@ -280,7 +280,7 @@ def test_a_robot_on_a_mission_refuses_and_stop_pauses_the_mission(
     team.faults.takes_s["NAVIGATE"] = 1e6
     goal = {"text": "send yard_2 to door_2", "auto_approve": True}
     stated = api.post("/v1/goals", json=goal).json()
-    mission = read_until(api, f"/v1/goals/{stated['id']}", lambda one: one["mission_id"])["mission_id"]
+    mission = mission_of(api, stated["id"])
     read_until(api, "/v1/robots/yard_2", lambda one: one["mission_id"] == mission)
     refused = say(api, FACE, approve=True).json()
     assert refused["reason"].startswith(f"yard_2 is on mission {mission}")
@@ -297,7 +297,7 @@ def test_what_a_mission_needs_and_what_is_kept_empty_is_left_alone(api: TestClie
     team.faults.takes_s["NAVIGATE"] = 1e6
     goal = {"text": "send yard_1 to door_2", "auto_approve": True}
     stated = api.post("/v1/goals", json=goal).json()
-    mission = read_until(api, f"/v1/goals/{stated['id']}", lambda one: one["mission_id"])["mission_id"]
+    mission = mission_of(api, stated["id"])
     read_until(api, "/v1/robots/yard_1", lambda one: one["mission_id"] == mission)
     known(api, team)  # the world's time goes on meanwhile
     assert say(api, "go to door_2").json()["reason"] == f"mission {mission} needs door_2"

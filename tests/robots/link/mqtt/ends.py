@@ -40,6 +40,9 @@ class Board:
         if not now:
             self.remembered.add(robot)
 
+    def are_all(self, state: ConnectionState) -> bool:
+        return self.states == dict.fromkeys(ROBOTS, state)
+
 
 @contextmanager
 def a_fleet(
@@ -77,7 +80,7 @@ def both(broker: Broker, board: Board | None = None) -> Iterator[tuple[ServiceLi
     with a_service(broker, board) as service, a_fleet(broker) as fleet:
         until(lambda: service.run == RUN and fleet.connected, "fleet and service meet")
         # A robot has subscribed to its orders before it says that it is online.
-        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE), "all robots are online")
+        until(lambda: board.are_all(ConnectionState.ONLINE), "all robots are online")
         service.take_up(RUN)
         yield service, fleet
 

@@ -127,7 +127,7 @@ def test_a_service_and_a_fleet_that_are_known_by_their_names_work_together(broke
     ):
         until(lambda: service.run == RUN and fleet.connected)
         service.take_up(RUN)
-        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+        until(lambda: board.are_all(ConnectionState.ONLINE))
         fleet.send(telemetry("fred", 2.5))  # lost if there is anything else to write
         service.send(script_request("fred"))
         fleet.send(report("ginger"))

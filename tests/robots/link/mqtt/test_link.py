@@ -113,7 +113,7 @@ def test_a_set_point_does_not_wait_for_a_robot_that_is_away(broker: Mosquitto) -
 def test_telemetry_and_connections_are_reported_at_once(broker: Mosquitto) -> None:
     board = Board()
     with both(at(broker), board) as (_, fleet):
-        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+        until(lambda: board.are_all(ConnectionState.ONLINE))
         fleet.send(telemetry("fred", 2.5))
         until(lambda: board.telemetry == [("fred", 2.5)])
 
@@ -182,7 +182,7 @@ def test_nothing_is_sent_before_a_run_is_taken_up(broker: Mosquitto) -> None:
     board = Board()
     with a_service(at(broker), board) as service, a_fleet(at(broker)) as fleet:
         until(lambda: service.run == RUN)
-        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+        until(lambda: board.are_all(ConnectionState.ONLINE))
         service.send(to_robot("fred"))
         service.take_up(RUN)
         service.send(script_request("fred"))
@@ -230,7 +230,7 @@ def test_after_the_broker_was_killed_both_ends_meet_again(broker: Mosquitto) -> 
         board.states.clear()
         broker.start()
         until(lambda: service.connected and fleet.connected)
-        until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+        until(lambda: board.are_all(ConnectionState.ONLINE))
         fleet.send(report("ginger", "afterwards"))
         service.send(script_request("ginger"))
         heard: list[str] = []
@@ -300,7 +300,7 @@ def test_a_second_fleet_of_a_world_supersedes_the_first_which_does_not_come_agai
             board = Board()
             with a_service(at(broker), board) as service:
                 until(lambda: service.run == "run-2")
-                until(lambda: board.states == dict.fromkeys(ROBOTS, ConnectionState.ONLINE))
+                until(lambda: board.are_all(ConnectionState.ONLINE))
             assert second.connected
             assert not second.superseded
 
