@@ -24,7 +24,7 @@ pytestmark = pytest.mark.browser
 
 @pytest.fixture
 def page(webgl_browser: Browser) -> Iterator[Page]:
-    context = webgl_browser.new_context(viewport={"width": 1280, "height": 720})
+    context = webgl_browser.new_context(viewport={"width": 1280, "height": 720}, device_scale_factor=0.5)
     yield context.new_page()
     context.close()
 

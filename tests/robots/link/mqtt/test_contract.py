@@ -2,6 +2,7 @@
 
 import copy
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,8 @@ import yaml
 from typer.testing import CliRunner
 
 from app.cli.main import app
-from robots.link.mqtt.contract import asyncapi, asyncapi_text, bodies, schemas
+from robots.link.mqtt import contract
+from robots.link.mqtt.contract import asyncapi, asyncapi_text, bodies
 from robots.link.mqtt.contract_examples import example, examples
 from robots.link.mqtt.topics import Channel, channel_of, qos_of
 from robots.wire import CONTRACT, Message, ScriptRequest
@@ -24,6 +26,7 @@ RELEASED = {
     for path in (DOCUMENTS / "released" / f"{CONTRACT.partition('.')[0]}.0").iterdir()
 }
 """The schemas of this major version's first minor version."""
+schemas = cache(contract.schemas)
 
 
 def test_the_committed_documents_are_those_that_the_wire_types_make() -> None:
