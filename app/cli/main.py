@@ -56,13 +56,19 @@ app.add_typer(production.alive, name="alive")
 def serve(
     world: Worlds = None,
     pack: PackNames = None,
-    speed: Speed = 1.0,
+    speed: Annotated[
+        float | None,
+        typer.Option(min=0.01, help="World seconds per wall-clock second, without --broker (default: 1)."),
+    ] = None,
     host: Annotated[str | None, typer.Option(help="Address to listen on (default: loopback).")] = None,
     port: Annotated[
         int | None, typer.Option(min=0, max=65535, help="Port; 0: any free one (default: 8000).")
     ] = None,
     data: Annotated[Path | None, typer.Option(help="Data folder (default: ./macta-data).")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulation's noise.")] = 0,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="Seed of the simulation's noise, without --broker (default: 0)."),
+    ] = None,
     broker: Broker = None,
     afresh: Annotated[
         bool, typer.Option("--afresh", help="Start the world again, not from its snapshot.")
@@ -80,7 +86,7 @@ def serve(
         with reported_errors():
             run(
                 named_worlds(world, packs_of(pack)),
-                speed or 1.0,
+                speed,
                 seed,
                 {k: v for k, v in given.items() if v is not None},
                 start_new=afresh,

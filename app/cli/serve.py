@@ -45,11 +45,18 @@ ALIVE_POLL_S = 1.0
 
 
 def serve(
-    worlds: Sequence[WorldFile], speed: float, seed: int, given: Mapping[str, Any], *, start_new: bool = False
+    worlds: Sequence[WorldFile],
+    speed: float | None,
+    seed: int | None,
+    given: Mapping[str, Any],
+    *,
+    start_new: bool = False,
 ) -> None:
     """Run the service until SIGINT or SIGTERM. The API is served while the planner still warms up.
 
     :param worlds: one or more.
+    :param speed: of the simulated worlds, world seconds per wall-clock second; None: 1.
+    :param seed: of the simulations' noise; None: 0.
     :param start_new: start the worlds again instead of from their snapshots.
     :raises Invalid: if a setting is wrong or the address is taken, before anything starts.
     :raises Unavailable: if no planning process starts.
@@ -59,6 +66,11 @@ def serve(
 
     packs = load_packs(settings.packs)
     broker = settings.broker()
+    if broker is not None and (speed, seed) != (None, None):
+        raise Invalid(
+            "--speed and --seed are of worlds that are simulated here, and with a broker none is: "
+            "give them to `macta fleet`"
+        )
     log_warnings()
     warn_of_broker(broker)
     throttle_warnings()
@@ -82,7 +94,7 @@ def serve(
         threads = ThreadPoolExecutor(len(worlds))
         parts.callback(threads.shutdown, wait=False, cancel_futures=True)
         simulations = SimulationHost(
-            settings=settings, packs=packs, speed=speed, seed=seed, start_new=start_new
+            settings=settings, packs=packs, speed=speed or 1.0, seed=seed or 0, start_new=start_new
         )
         start = partial(_simulation, simulations, tell=progress.tell)
         starts = [threads.submit(start, world) for world in worlds if broker is None]
@@ -94,7 +106,7 @@ def serve(
 
             if broker is None:
                 running = [
-                    parts.enter_context(_embedded(world, simulation.result(), speed))
+                    parts.enter_context(_embedded(world, simulation.result(), simulations.speed))
                     for world, simulation in zip(worlds, starts, strict=True)
                 ]
             else:

@@ -182,6 +182,14 @@ def test_a_port_in_use_is_refused_by_number(tmp_path: Path) -> None:
     assert f"cannot listen on 127.0.0.1:{port}" in refused.stderr
 
 
+@pytest.mark.parametrize("words", [("--speed", "4"), ("--seed", "0")])
+def test_what_is_of_simulated_worlds_is_refused_with_a_broker(tmp_path: Path, words: tuple[str, ...]) -> None:
+    given = ("--port", "0", "--data", str(tmp_path), "--broker", "mqtt://127.0.0.1:1")
+    refused = macta("serve", *given, *words)
+    assert refused.exit_code == 2
+    assert "give them to `macta fleet`" in refused.stderr
+
+
 @pytest.mark.parametrize("ending", [KeyboardInterrupt, typer.Abort])
 def test_an_interruption_is_one_line_and_130(
     monkeypatch: pytest.MonkeyPatch, ending: type[BaseException]
