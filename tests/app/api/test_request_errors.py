@@ -34,6 +34,11 @@ def test_a_goal_that_cannot_be_is_refused_by_name_with_choices_and_leaves_nothin
     [
         {},
         {"text": "move sample_1 to bay_7", "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}]},
+        {
+            "text": "move sample_1 to bay_7",
+            "goal": [{"predicate": "in", "args": ["sample_1", "bay_7"]}],
+            "holds": [{"places": ["bay_5"]}],
+        },
         {"text": "move sample_1 to bay_7", "urgency": 3},
         {"goal": []},
         {"text": "x" * 2000},

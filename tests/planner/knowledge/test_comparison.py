@@ -127,6 +127,7 @@ def test_each_sign_compares_as_written(tmp_path: Path, sign: str, holding: set[f
         ("  warmth:", "  reaches:", "reaches is a predicate already"),
         ("unit: degrees", "phrase: '{warmth}'", "unknown argument 'warmth'; choices: location, value"),
         ("unit: degrees", "counts: vacant(bay_1)", "unknown location 'bay_1'"),
+        ("unit: degrees", "counts: object_position(any, on, location)", "unknown relation 'on'"),
         ("unit: degrees", "counts: vacant(any, any)", "vacant takes (location), not (any, any)"),
         ("unit: degrees", "counts: 'vacant(any) > 3'", "'vacant(any) > 3' is not of the form"),
         ('["inspected(ref)"]', '["inspected(ref)", "battery(robot) >= 0.3"]', "is not of the form"),

@@ -36,7 +36,7 @@ def in_order(jobs: Sequence[str]) -> set[tuple[str, ...]]:
     return {chosen for count in range(len(jobs) + 1) for chosen in combinations(jobs, count)}
 
 
-@pytest.mark.parametrize("before", ["abcd", "abab", "aabc"])
+@pytest.mark.parametrize("before", ["abcd", "aaba"])
 def test_as_many_actions_are_kept_as_the_robot_does_in_the_same_order_in_both_plans(before: str) -> None:
     old = one_after_the_other(before)
     for after in product("abcd", repeat=4):

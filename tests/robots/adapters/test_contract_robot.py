@@ -266,6 +266,18 @@ def test_a_packet_that_finishes_while_it_is_cancelled_has_finished() -> None:
     assert stage.machine.log == ["s1/a1"]
 
 
+def test_a_packet_that_finishes_while_it_is_stopped_for_its_time_has_finished() -> None:
+    stage = Stage()
+    stage.machine.work_s = 1e9
+    stage.machine.stops_in_s = 5.0
+    stage.order(script(packet("a1", "RELEASE2", timeout_s=10)))
+    assert stage.run_until(lambda: "cancel" in stage.driver.calls, limit_s=20)
+    stage.machine.left_s = 0.0
+    assert stage.run_until(lambda: bool(stage.service.ends))
+    assert stage.service.packets[-1] == ("a1", PacketState.FINISHED)
+    assert stage.service.ends[0].state is ScriptState.FINISHED
+
+
 def test_a_robot_that_does_not_stop_has_failed() -> None:
     stage = Stage()
     stage.machine.work_s = 1e9
@@ -437,6 +449,19 @@ def test_nothing_is_answered_or_begun_while_the_memory_cannot_be_saved() -> None
     assert stage.run_until(lambda: bool(stage.service.ends))
     assert stage.robot.complaint == ""
     assert stage.machine.log == ["s1/a1"]
+
+
+def test_a_memory_that_cannot_be_saved_is_saved_as_soon_as_it_can_be() -> None:
+    stage = Stage()
+    stage.run_for(1)
+    stage.flash.full = True
+    stage.robot.enter_run("run-2")
+    stage.run_for(1)
+    assert "no space left" in stage.robot.complaint
+    stage.flash.full = False
+    stage.run_for(1)
+    assert stage.robot.complaint == ""
+    assert "run-2" in str(stage.flash.text)
 
 
 def test_a_cancel_is_followed_even_while_the_memory_cannot_be_saved() -> None:

@@ -39,7 +39,7 @@ class Fred:
         self.disk = Disk()
         self.start()
 
-    def start(self, *, stands_by: bool = False) -> None:
+    def start(self, *, stands_by: bool = False, with_disk: bool = True) -> None:
         """Start the program; of the one before only the disk is left."""
         ours, theirs = InMemoryLink.pair()
         self.service = Service(self.world, ours, "fred")
@@ -48,7 +48,7 @@ class Fred:
             make=self._make,
             link=theirs,
             clock=self.world.clock,
-            store=self.disk,
+            store=self.disk if with_disk else None,
             stands_by=stands_by,
         )
 
@@ -82,6 +82,13 @@ def test_what_matters_is_said_once_it_is_saved(fred: Fred) -> None:
     fred.go_on(0.5)
     assert not fred.heard(Acknowledgement), "after a power failure he would not know of it"
     fred.disk.is_full = False
+    fred.service.order(DRIVE)
+    fred.go_on(0.5)
+    assert fred.heard(Acknowledgement)
+
+
+def test_a_program_without_a_disk_says_what_matters_at_once(fred: Fred) -> None:
+    fred.start(with_disk=False)
     fred.service.order(DRIVE)
     fred.go_on(0.5)
     assert fred.heard(Acknowledgement)

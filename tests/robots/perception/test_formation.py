@@ -80,6 +80,17 @@ def test_in_a_bend_the_robot_on_the_outside_goes_faster() -> None:
     assert speeds[1] > speeds[-1] + 0.3
 
 
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("bearing_rad", "way"), [(2.2, 1), (-2.2, -1), (2.6, 1), (-2.6, 1)])
+def test_both_robots_turn_to_the_left_for_a_place_behind_them_on_either_side(
+    side: int, bearing_rad: float, way: int
+) -> None:
+    place = bay(side * 1j * HALF_M + rect(3.0, bearing_rad))
+    turn = JointWayRound(object="beam", place="bay").read(held(side, 0.0, place))
+    assert turn is not None
+    assert way * turn > 0
+
+
 def test_the_partner_is_no_obstacle_and_a_rock_between_is_one() -> None:
     """The rock is narrow and straight ahead of the middle: one robot alone would pass it on its own course."""
     ahead = bay(3.0 + 1j * HALF_M)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from robots.social import Conversation, Conversations, Ending, Heard, Reply, Term
 from robots.social.conversation import MAX_CONVERSATIONS
 from robots.social.protocols import OPENED_BY, PROTOCOLS, QUERY, REQUEST, TIMED_OUT, InteractionProtocol
-from robots.wire import Message, Performative, SpeechAct
+from robots.wire import MAX_TOLD_CONVERSATIONS, Message, Performative, SpeechAct
 from tests.robots.social.talkers import Air, Talker
 from tests.robots.stories import packet, script
 
@@ -57,6 +57,15 @@ def test_a_robot_is_known_from_when_it_is_heard_with_what_it_says_that_it_can() 
     other = ginger.social.acquaintances.of("fred")
     assert other is not None
     assert other.abilities == frozenset()
+
+
+def test_of_many_open_conversations_the_newest_are_told() -> None:
+    _, fred, _ = pair()
+    asked = Performative.QUERY_REF, "ginger", Term("abilities")
+    names = [f"c-{number}" for number in range(MAX_TOLD_CONVERSATIONS + 2)]
+    for name in names:
+        fred.social.say(*asked, protocol=QUERY, within_s=10.0, conversation_id=name)
+    assert [one.id for one in fred.social.told()] == names[-MAX_TOLD_CONVERSATIONS:]
 
 
 @pytest.mark.parametrize(

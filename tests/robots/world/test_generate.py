@@ -101,6 +101,16 @@ def test_bays_have_room_for_as_many_samples_as_asked() -> None:
     assert between == pytest.approx([0.7] * len(between))
 
 
+def test_an_aisle_goes_on_behind_its_bays_as_far_as_its_robots_and_hatches_there_need() -> None:
+    rest_m = []
+    for shape in (store_shape(), SHAPES["two robots an aisle"], store_shape(compartments=3)):
+        world = generate_world(shape)
+        north = max(compartment.y[1] for compartment in world.compartments)
+        rest_m.append(north - max(place.at[1] for place in world.locations if place.kind == "bay"))
+    alone_m, abreast_m, before_a_hatch_m = rest_m
+    assert alone_m < abreast_m < before_a_hatch_m
+
+
 def test_doors_and_hatches_lie_apart_in_their_walls(world: WorldFile) -> None:
     for wall in world.walls:
         for one, other in pairwise(wall.openings):

@@ -144,6 +144,10 @@ def test_a_misplaced_word_is_answered_with_one_like_it_or_else_with_those_that_m
     )
 
 
+def test_the_word_of_a_command_may_be_part_of_a_name() -> None:
+    assert asked("where is stop and go").thing == "stop and go"
+
+
 def test_a_line_of_acl_asks_which_one_too() -> None:
     here = around("store_1", tags=TWO_SEEN)
     text = "REQUEST target:store_1 action:face object:sample"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.planner.instances import FAMILIES
-from planner import Fact, GroundAction, KnowledgeBase
+from planner import Fact, GroundAction, KnowledgeBase, read_knowledge_base
 from planner.engines.hierarchical.composition import Composed, Composition
 from planner.engines.hierarchical.legs.stops import with_stops
 from planner.engines.hierarchical.scheduling.annealing import Schedule
@@ -18,6 +18,7 @@ from planner.engines.hierarchical.scheduling_problem import SchedulingProblemBui
 from planner.plan_nets.assembly import assemble
 from planner.plan_nets.extraction import extract, fault_of
 from tests.planner.engines.hierarchical.composing import MAKESPAN_ONLY, ProblemSetup, said
+from tests.planner.engines.hierarchical.survey import SURVEY, survey
 from tests.planner.engines.hierarchical.worlds import Store
 from tests.planner.store import inside
 
@@ -108,18 +109,19 @@ def test_a_robot_begins_from_wherever_it_stands(knowledge_base: KnowledgeBase) -
     assert said(composed.actions)[0] == ("NAVIGATE", "store_0_0", "interchange_0_0", "bay_0_0")
 
 
-def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSetup) -> None:
-    """Orders, agents and stops at random: the decoder never makes an invalid schedule."""
-    builder = builder_of(four)
+def scheduled(world: ProblemSetup, trials: int) -> int:
+    """Of so many orders, agents and stops at random those with a schedule; each of these is a plan."""
+    builder = builder_of(world)
     model = builder.model()
     random = np.random.default_rng(0)
     state = decoder_state_for(model)
-    legs = 4 * model.max_legs
+    tasks = len(world.problem.goals)
+    legs = tasks * model.max_legs
     possible = 0
-    for _ in range(200):
+    for _ in range(trials):
         choice = Choice(
             random.permutation(legs).astype(np.int32),
-            np.zeros(4, np.int32),
+            np.zeros(tasks, np.int32),
             random.integers(-1, len(model.agent_class), legs).astype(np.int32),
             random.choice([0, NEAR, AHEAD, PUSH, NEAR | AHEAD | PUSH], legs).astype(np.int32),
         )
@@ -127,9 +129,27 @@ def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSet
         if cost < IMPOSSIBLE:
             possible += 1
             actions = builder.actions(state.steps[:length], state.step_agents[:length])
-            assert fault_of(actions, four.problem.facts, four.problem.goals) is None
-            assert span_s >= makespan_s(four, actions) - 0.01
-    assert possible > 100
+            assert fault_of(actions, world.problem.facts, world.problem.goals) is None
+            assert span_s >= makespan_s(world, actions) - 0.01
+    return possible
+
+
+def test_every_choice_decodes_to_a_plan_or_is_called_impossible(four: ProblemSetup) -> None:
+    assert scheduled(four, 200) > 100
+
+
+def test_the_members_of_a_team_go_on_from_where_it_leaves_them() -> None:
+    goals = [Fact("at", ("ann", "base")), Fact("stands", ("box", "fork")), Fact("at", ("bob", "north"))]
+    problem = survey(goals, rovers={"ann": "fork", "bob": "fork"}, strong=["ann", "bob"])
+    world = ProblemSetup.of(read_knowledge_base(SURVEY, "survey.yaml"), problem)
+    assert scheduled(world, 50) > 10
+
+
+def test_a_leg_that_nobody_can_take_now_waits_until_somebody_can() -> None:
+    goals = [Fact("photographed", ("rock",)), Fact("stands", ("box", "fork"))]
+    problem = survey(goals, rovers={"ann": "base", "bob": "fork"}, strong=["ann", "bob"])
+    world = ProblemSetup.of(read_knowledge_base(SURVEY, "survey.yaml"), problem)
+    assert scheduled(world, 50) > 10
 
 
 def test_a_step_starts_when_the_one_it_waited_for_ends(four: ProblemSetup) -> None:
@@ -248,3 +268,17 @@ def test_a_stop_that_clears_a_place_for_nobody_is_useless(knowledge_base: Knowle
     assert straight.decisive < USELESS
     assert USELESS <= stopping.decisive < IMPOSSIBLE
     assert stopping.cost < 2 * straight.cost, "the search may pass by it"
+
+
+def test_a_stop_is_of_use_if_another_robot_takes_the_place_some_steps_later(
+    knowledge_base: KnowledgeBase,
+) -> None:
+    goals = [inside("sample", "door_9"), inside("other", "door_8")]
+    lying = {"sample": "bay_0_0", "other": "bay_0_1"}
+    world = ProblemSetup.of(knowledge_base, Store(aisles=1, doors=10).problem(goals, lying))
+    first, second = (world.quickest(goal) for goal in goals)
+    _, over_home, *_ = with_stops([first], world.stops())
+    model = world.builder([[over_home], [second]]).model()
+    legs = np.arange(2 * model.max_legs, dtype=np.int32)
+    schedule = Schedule(model, Choice.of(legs, np.zeros(2, np.int32)), MAKESPAN_ONLY)
+    assert schedule.decisive < USELESS
