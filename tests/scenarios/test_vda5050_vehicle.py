@@ -58,9 +58,11 @@ def ended(api: TestClient, text: str) -> dict[str, Any]:
     return in_state(api, f"/v1/missions/{found['mission_id']}", "completed", "failed")
 
 
-def test_a_published_virtual_vehicle_is_recruited_driven_cut_off_and_found_again(
+@pytest.fixture
+def api(
     tmp_path: Path, worker: PlanningWorker, broker: Mosquitto, vehicle: VirtualVehicle
-) -> None:
+) -> Iterator[TestClient]:
+    """A service in whose world the vehicle has been found and admitted."""
     world = tmp_path / "hall.yaml"
     world.write_text(HALL)
     with (
@@ -68,10 +70,6 @@ def test_a_published_virtual_vehicle_is_recruited_driven_cut_off_and_found_again
         TestClient(service.api, headers=AUTHORISED) as api,
         adapter(tmp_path / "memory", world, broker) as control,
     ):
-
-        def seen() -> dict[str, Any]:
-            return api.get("/v1/robots/agv_7").raise_for_status().json()  # type: ignore[no-any-return]
-
         until(lambda: "agv_7" in control.robots)
         sheets = "/v1/worlds/hall/factsheets"
         awaited(lambda: [one["state"] for one in api.get(sheets).json()["items"]], ["announced"].__eq__)
@@ -79,24 +77,35 @@ def test_a_published_virtual_vehicle_is_recruited_driven_cut_off_and_found_again
         assert set(sheet["repertoire"]) == {"NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"}
         assert (sheet["speed_m_s"], sheet["senses"]) == (SPEED_M_S, [])
         api.post("/v1/worlds/hall/robots/agv_7:admit").raise_for_status()
-        awaited(lambda: seen()["connection"], "online".__eq__)
+        awaited(lambda: seen(api)["connection"], "online".__eq__)
+        yield api
 
-        assert ended(api, "send agv_7 to bay_2")["state"] == "completed"
-        awaited(lambda: seen()["pose"]["x_m"], pytest.approx(3.7, abs=0.2).__eq__)
 
-        mission = ended(api, "move sample_1 to bay_2")
-        assert mission["state"] == "completed", mission
-        tags = [packet["tag"] for packet in mission["progress"][0]["packets"]]
-        assert tags == ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"]
+def seen(api: TestClient) -> dict[str, Any]:
+    return api.get("/v1/robots/agv_7").raise_for_status().json()  # type: ignore[no-any-return]
 
-        body = {"text": "send agv_7 to bay_1", "auto_approve": True}
-        goal = api.post("/v1/goals", json=body).raise_for_status().json()
-        awaited(lambda: seen()["pose"]["x_m"], lambda x: x < 3.2)
-        vehicle.cut_off(True)
-        awaited(lambda: seen()["connection"], "connection_broken".__eq__)
-        vehicle.cut_off(False)
-        awaited(lambda: seen()["connection"], "online".__eq__)
-        found = in_state(api, f"/v1/goals/{goal['id']}", "finished", "failed")
-        mission = in_state(api, f"/v1/missions/{found['mission_id']}", "completed", "failed")
-        assert mission["state"] == "completed", mission
-        awaited(lambda: seen()["pose"]["x_m"], pytest.approx(1.3, abs=0.2).__eq__)
+
+def test_a_published_virtual_vehicle_is_recruited_and_driven(api: TestClient) -> None:
+    assert ended(api, "send agv_7 to bay_2")["state"] == "completed"
+    awaited(lambda: seen(api)["pose"]["x_m"], pytest.approx(3.7, abs=0.2).__eq__)
+
+    mission = ended(api, "move sample_1 to bay_2")
+    assert mission["state"] == "completed", mission
+    tags = [packet["tag"] for packet in mission["progress"][0]["packets"]]
+    assert tags == ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"]
+
+
+def test_one_that_is_cut_off_while_it_drives_is_found_again(api: TestClient, vehicle: VirtualVehicle) -> None:
+    assert ended(api, "send agv_7 to bay_2")["state"] == "completed"
+    awaited(lambda: seen(api)["pose"]["x_m"], pytest.approx(3.7, abs=0.2).__eq__)
+    body = {"text": "send agv_7 to bay_1", "auto_approve": True}
+    goal = api.post("/v1/goals", json=body).raise_for_status().json()
+    awaited(lambda: seen(api)["pose"]["x_m"], lambda x: x < 3.2)
+    vehicle.cut_off(True)
+    awaited(lambda: seen(api)["connection"], "connection_broken".__eq__)
+    vehicle.cut_off(False)
+    awaited(lambda: seen(api)["connection"], "online".__eq__)
+    found = in_state(api, f"/v1/goals/{goal['id']}", "finished", "failed")
+    mission = in_state(api, f"/v1/missions/{found['mission_id']}", "completed", "failed")
+    assert mission["state"] == "completed", mission
+    awaited(lambda: seen(api)["pose"]["x_m"], pytest.approx(1.3, abs=0.2).__eq__)
