@@ -14,7 +14,7 @@ from app.planning.pool.pool import PlanningWorker
 from tests.mosquitto import Mosquitto, mosquitto, needs_mosquitto
 from tests.scenarios.services import AUTHORISED, over_broker
 from tests.scenarios.virtual_vehicle import VirtualVehicle, adapter, needs_node
-from tests.waiting import awaited, in_state, until
+from tests.waiting import awaited, in_state, mission_of, until
 
 pytestmark = [needs_mosquitto, needs_node]
 SPEED_M_S = 2.0
@@ -51,11 +51,16 @@ def vehicle(broker: Mosquitto) -> Iterator[VirtualVehicle]:
     vehicle.close()
 
 
-def ended(api: TestClient, text: str) -> dict[str, Any]:
-    """The mission of a goal, once it has ended."""
+def stated(api: TestClient, text: str) -> str:
+    """The mission of a goal that is approved at once."""
     goal = api.post("/v1/goals", json={"text": text, "auto_approve": True}).raise_for_status().json()
-    found = in_state(api, f"/v1/goals/{goal['id']}", "committed", "finished", "failed")
-    return in_state(api, f"/v1/missions/{found['mission_id']}", "completed", "failed")
+    return mission_of(api, goal["id"])
+
+
+def completed(api: TestClient, mission: str) -> dict[str, Any]:
+    ended = in_state(api, f"/v1/missions/{mission}", "completed", "failed")
+    assert ended["state"] == "completed", ended
+    return ended
 
 
 @pytest.fixture
@@ -85,27 +90,28 @@ def seen(api: TestClient) -> dict[str, Any]:
     return api.get("/v1/robots/agv_7").raise_for_status().json()  # type: ignore[no-any-return]
 
 
-def test_a_published_virtual_vehicle_is_recruited_and_driven(api: TestClient) -> None:
-    assert ended(api, "send agv_7 to bay_2")["state"] == "completed"
-    awaited(lambda: seen(api)["pose"]["x_m"], pytest.approx(3.7, abs=0.2).__eq__)
+def stands_at(api: TestClient, x_m: float) -> None:
+    awaited(lambda: seen(api)["pose"]["x_m"], pytest.approx(x_m, abs=0.2).__eq__)
 
-    mission = ended(api, "move sample_1 to bay_2")
-    assert mission["state"] == "completed", mission
+
+def test_a_published_virtual_vehicle_is_recruited_and_driven(api: TestClient) -> None:
+    completed(api, stated(api, "send agv_7 to bay_2"))
+    stands_at(api, 3.7)
+
+    mission = completed(api, stated(api, "move sample_1 to bay_2"))
     tags = [packet["tag"] for packet in mission["progress"][0]["packets"]]
     assert tags == ["NAVIGATE", "DOCK", "TRANSPORT", "RELEASE2"]
 
 
 def test_one_that_is_cut_off_while_it_drives_is_found_again(api: TestClient, vehicle: VirtualVehicle) -> None:
-    assert ended(api, "send agv_7 to bay_2")["state"] == "completed"
-    awaited(lambda: seen(api)["pose"]["x_m"], pytest.approx(3.7, abs=0.2).__eq__)
-    body = {"text": "send agv_7 to bay_1", "auto_approve": True}
-    goal = api.post("/v1/goals", json=body).raise_for_status().json()
+    completed(api, stated(api, "send agv_7 to bay_2"))
+    stands_at(api, 3.7)
+
+    mission = stated(api, "send agv_7 to bay_1")
     awaited(lambda: seen(api)["pose"]["x_m"], lambda x: x < 3.2)
     vehicle.cut_off(True)
     awaited(lambda: seen(api)["connection"], "connection_broken".__eq__)
     vehicle.cut_off(False)
     awaited(lambda: seen(api)["connection"], "online".__eq__)
-    found = in_state(api, f"/v1/goals/{goal['id']}", "finished", "failed")
-    mission = in_state(api, f"/v1/missions/{found['mission_id']}", "completed", "failed")
-    assert mission["state"] == "completed", mission
-    awaited(lambda: seen(api)["pose"]["x_m"], pytest.approx(1.3, abs=0.2).__eq__)
+    completed(api, mission)
+    stands_at(api, 1.3)

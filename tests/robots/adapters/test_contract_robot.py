@@ -229,12 +229,18 @@ def test_a_packet_that_the_driver_cannot_begin_has_failed_and_never_ran() -> Non
     assert stage.service.ends[0].detail == "NAVIGATE was rejected by the robot"
 
 
-def test_a_packet_that_takes_too_long_is_cancelled_and_fails_once_the_robot_stands() -> None:
+def overdue(*, stops_in_s: float) -> Stage:
+    """A robot that is being stopped, for its packet takes too long."""
     stage = Stage()
     stage.machine.work_s = 1e9
-    stage.machine.stops_in_s = 3.0
+    stage.machine.stops_in_s = stops_in_s
     stage.order(script(packet("a1", "RELEASE2", timeout_s=10)))
     assert stage.run_until(lambda: "cancel" in stage.driver.calls, limit_s=20)
+    return stage
+
+
+def test_a_packet_that_takes_too_long_is_cancelled_and_fails_once_the_robot_stands() -> None:
+    stage = overdue(stops_in_s=3.0)
     assert not stage.service.ends
     assert stage.run_until(lambda: bool(stage.service.ends), limit_s=10)
     assert stage.machine.current is None
@@ -267,11 +273,7 @@ def test_a_packet_that_finishes_while_it_is_cancelled_has_finished() -> None:
 
 
 def test_a_packet_that_finishes_while_it_is_stopped_for_its_time_has_finished() -> None:
-    stage = Stage()
-    stage.machine.work_s = 1e9
-    stage.machine.stops_in_s = 5.0
-    stage.order(script(packet("a1", "RELEASE2", timeout_s=10)))
-    assert stage.run_until(lambda: "cancel" in stage.driver.calls, limit_s=20)
+    stage = overdue(stops_in_s=5.0)
     stage.machine.left_s = 0.0
     assert stage.run_until(lambda: bool(stage.service.ends))
     assert stage.service.packets[-1] == ("a1", PacketState.FINISHED)
